@@ -1,0 +1,161 @@
+//! Source files and the positions in them.
+//!
+//! All files of a program (the scene and what it includes) lie one behind the other in one address
+//! space, so that a position is a single number and a [`Span`] names its file as well.
+
+use std::fmt;
+
+/// The most bytes of source text that a program may have, included files counted each time.
+pub const MAX_SOURCE_BYTES: usize = 64 << 20;
+
+/// A byte range in the address space of a [`SourceMap`]; empty at 0 when there is no source.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Span {
+    /// Address of the first byte.
+    pub start: u32,
+    /// Address behind the last byte.
+    pub end: u32,
+}
+
+impl Span {
+    /// The span that stands for "no source text".
+    pub const NONE: Span = Span { start: 0, end: 0 };
+
+    /// The smallest span that covers both.
+    #[must_use]
+    pub fn to(self, other: Span) -> Span {
+        if self.is_none() {
+            return other;
+        }
+        if other.is_none() {
+            return self;
+        }
+        Span { start: self.start.min(other.start), end: self.end.max(other.end) }
+    }
+
+    /// Whether this span stands for "no source text".
+    #[must_use]
+    pub fn is_none(self) -> bool {
+        self == Span::NONE
+    }
+}
+
+/// Index of a file in its [`SourceMap`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct FileId(u32);
+
+/// One file: its name as shown to the user, its text, and where its lines start.
+#[derive(Debug)]
+pub struct SourceFile {
+    /// The name shown in diagnostics; also what relative includes are resolved against.
+    pub name: String,
+    /// The text. Bytes that are not UTF-8 are read as Latin-1, as in old scenes.
+    pub text: String,
+    start: u32,
+    line_starts: Vec<u32>,
+}
+
+/// A place in a file, counted from 1; columns count characters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LineColumn {
+    /// Line, from 1.
+    pub line: usize,
+    /// Column in characters, from 1.
+    pub column: usize,
+}
+
+impl fmt::Display for LineColumn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.line, self.column)
+    }
+}
+
+/// The program's text would be longer than [`MAX_SOURCE_BYTES`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SourceTooLarge;
+
+/// All files of one program.
+#[derive(Debug, Default)]
+pub struct SourceMap {
+    files: Vec<SourceFile>,
+}
+
+impl SourceMap {
+    /// Adds a file and gives it the next free addresses.
+    ///
+    /// # Errors
+    /// When the program's text would be longer than [`MAX_SOURCE_BYTES`].
+    pub fn add(&mut self, name: &str, bytes: Vec<u8>) -> Result<FileId, SourceTooLarge> {
+        let text = String::from_utf8(bytes)
+            .unwrap_or_else(|error| error.into_bytes().iter().copied().map(char::from).collect());
+        // Address 0 is kept for `Span::NONE`; the gap of one keeps the ends of files apart.
+        let start = self.files.last().map_or(1, |last| last.start as usize + last.text.len() + 1);
+        if start + text.len() > MAX_SOURCE_BYTES {
+            return Err(SourceTooLarge);
+        }
+        let line_starts = std::iter::once(0)
+            .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
+            .collect();
+        self.files.push(SourceFile {
+            name: name.to_owned(),
+            text,
+            start: start as u32,
+            line_starts,
+        });
+        Ok(FileId(self.files.len() as u32 - 1))
+    }
+
+    /// The file with this index.
+    #[must_use]
+    pub fn file(&self, id: FileId) -> &SourceFile {
+        &self.files[id.0 as usize]
+    }
+
+    /// The file that holds `span`, unless it is [`Span::NONE`].
+    #[must_use]
+    pub fn file_of(&self, span: Span) -> Option<&SourceFile> {
+        if span.is_none() {
+            return None;
+        }
+        let next = self.files.partition_point(|file| file.start <= span.start);
+        next.checked_sub(1).map(|idx| &self.files[idx])
+    }
+
+    /// The text that `span` covers, empty for [`Span::NONE`].
+    #[must_use]
+    pub fn text(&self, span: Span) -> &str {
+        self.file_of(span).map_or("", |file| &file.text[file.range(span)])
+    }
+}
+
+impl SourceFile {
+    /// The span of the bytes `start..end` of this file.
+    #[must_use]
+    pub fn span(&self, start: usize, end: usize) -> Span {
+        Span { start: self.start + start as u32, end: self.start + end as u32 }
+    }
+
+    /// The byte range of `span` in this file's text, cut at the file's end.
+    #[must_use]
+    pub fn range(&self, span: Span) -> std::ops::Range<usize> {
+        let at = |address: u32| (address.saturating_sub(self.start) as usize).min(self.text.len());
+        at(span.start)..at(span.end)
+    }
+
+    /// Line and column where `span` starts.
+    #[must_use]
+    pub fn line_column(&self, span: Span) -> LineColumn {
+        let start = self.range(span).start;
+        let line = self.line_starts.partition_point(|&s| s as usize <= start);
+        let line_start = self.line_starts[line - 1] as usize;
+        LineColumn { line, column: self.text[line_start..start].chars().count() + 1 }
+    }
+
+    /// The text of line `line` (from 1), without its line end; `None` behind the last line.
+    #[must_use]
+    pub fn line(&self, line: usize) -> Option<&str> {
+        let start = *self.line_starts.get(line.checked_sub(1)?)? as usize;
+        let end = self.line_starts.get(line).map_or(self.text.len(), |&next| next as usize);
+        Some(self.text[start..end].trim_end_matches(['\n', '\r']))
+    }
+}

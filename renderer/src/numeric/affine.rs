@@ -1,0 +1,44 @@
+//! Affine maps over any [`Real`].
+
+use crate::numeric::real::Real;
+use crate::numeric::vec3::Vec3;
+
+/// The map `p -> linear p + shift`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Affine<R> {
+    /// Rows of the matrix.
+    pub rows: [Vec3<R>; 3],
+    /// What is added.
+    pub shift: Vec3<R>,
+}
+
+impl<R: Real> Affine<R> {
+    /// The image of a point.
+    #[inline(always)]
+    pub fn point(&self, p: Vec3<R>) -> Vec3<R> {
+        let row = |row: Vec3<R>, shift: R| {
+            row.x.mul_add(p.x, row.y.mul_add(p.y, row.z.mul_add(p.z, shift)))
+        };
+        let [x, y, z] = self.rows;
+        Vec3::new(row(x, self.shift.x), row(y, self.shift.y), row(z, self.shift.z))
+    }
+
+    /// The image of a vector: the shift does not count.
+    #[inline(always)]
+    pub fn vector(&self, v: Vec3<R>) -> Vec3<R> {
+        let [x, y, z] = self.rows;
+        Vec3::new(x.dot(v), y.dot(v), z.dot(v))
+    }
+
+    /// The transposed matrix times a vector: of the map from world to object space, this takes
+    /// object-space normals to world-space normals.
+    #[inline(always)]
+    pub fn transposed_vector(&self, v: Vec3<R>) -> Vec3<R> {
+        let [x, y, z] = self.rows;
+        Vec3::new(
+            x.x.mul_add(v.x, y.x.mul_add(v.y, z.x * v.z)),
+            x.y.mul_add(v.x, y.y.mul_add(v.y, z.y * v.z)),
+            x.z.mul_add(v.x, y.z.mul_add(v.y, z.z * v.z)),
+        )
+    }
+}

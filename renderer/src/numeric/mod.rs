@@ -1,0 +1,9 @@
+//! Number types of the tracer and what is built from them.
+//!
+//! The tracer's formulas are written once, over [`Real`]. Plain `f64` is the instance that renders;
+//! [`Dd`](dd::Dd) carries about 32 digits and is used where a scene is set up.
+
+pub mod affine;
+pub mod dd;
+pub mod real;
+pub mod vec3;

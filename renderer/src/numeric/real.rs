@@ -1,0 +1,230 @@
+//! The scalar type that the tracer's formulas are written over.
+
+use std::cmp::PartialOrd;
+use std::fmt::Debug;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::numeric::dd::Dd;
+
+/// Half the distance from 1 to the next double: the relative error of one rounding.
+pub const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
+
+/// A type that stands for real numbers.
+///
+/// Implementations must be deterministic to the last bit on every target.
+pub trait Real:
+    Copy
+    + Debug
+    + Send
+    + Sync
+    + PartialOrd
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + 'static
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+
+    /// The number itself.
+    fn from_f64(value: f64) -> Self;
+
+    /// The nearest number of this type.
+    fn from_dd(value: Dd) -> Self;
+
+    /// The nearest double.
+    fn to_f64(self) -> f64;
+
+    /// The size.
+    #[must_use]
+    fn abs(self) -> Self;
+
+    /// The square root, 0 for negative numbers: those are roundings of 0 wherever the tracer asks.
+    #[must_use]
+    fn sqrt_or_zero(self) -> Self;
+
+    /// `self * factor + term` with one rounding.
+    #[must_use]
+    fn mul_add(self, factor: Self, term: Self) -> Self;
+
+    /// `a*b - c*d` with a relative error of at most 1.5 units in the last place, however much of it
+    /// cancels (Kahan; see Jeannerod, Louvet and Muller, "Further analysis of Kahan's algorithm for
+    /// the accurate computation of 2x2 determinants", 2013).
+    #[must_use]
+    fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
+
+    /// `base` to the power of `exponent`, for a base above 0.
+    #[must_use]
+    fn power(base: Self, exponent: f64) -> Self;
+
+    /// The angle of the point (x, z) around the y axis in turns, from +z toward +x, in [0, 1); 0
+    /// for the origin.
+    #[must_use]
+    fn turns(x: Self, z: Self) -> Self;
+
+    /// The smaller of two numbers; the other one if one is NaN.
+    #[must_use]
+    fn min(self, other: Self) -> Self {
+        if other < self || self.is_nan() { other } else { self }
+    }
+
+    /// The larger of two numbers; the other one if one is NaN.
+    #[must_use]
+    fn max(self, other: Self) -> Self {
+        if other > self || self.is_nan() { other } else { self }
+    }
+
+    /// Whether it is no number at all.
+    fn is_nan(self) -> bool;
+}
+
+impl Real for f64 {
+    const ZERO: f64 = 0.0;
+    const ONE: f64 = 1.0;
+
+    #[inline(always)]
+    fn from_f64(value: f64) -> f64 {
+        value
+    }
+
+    #[inline(always)]
+    fn from_dd(value: Dd) -> f64 {
+        value.to_f64()
+    }
+
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self
+    }
+
+    #[inline(always)]
+    fn abs(self) -> f64 {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn sqrt_or_zero(self) -> f64 {
+        if self > 0.0 { self.sqrt() } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: f64, term: f64) -> f64 {
+        self.mul_add(factor, term)
+    }
+
+    #[inline(always)]
+    fn difference_of_products(a: f64, b: f64, c: f64, d: f64) -> f64 {
+        let cd = c * d;
+        let error = (-c).mul_add(d, cd);
+        a.mul_add(b, -cd) + error
+    }
+
+    fn power(base: f64, exponent: f64) -> f64 {
+        // Squaring repeatedly costs at most `exponent` roundings, so that up to here it is as
+        // accurate as a base with that many rounding errors deserves; beyond, `pow` is better.
+        const BY_SQUARING: f64 = 32.0;
+        if (0.0..=BY_SQUARING).contains(&exponent) && exponent.trunc() == exponent {
+            return by_squaring(base, exponent as u32);
+        }
+        libm::pow(base, exponent)
+    }
+
+    fn turns(x: f64, z: f64) -> f64 {
+        const RADIANS_PER_TURN: f64 = std::f64::consts::TAU;
+        let (ax, az) = (x.abs(), z.abs());
+        if ax == 0.0 && az == 0.0 {
+            return 0.0;
+        }
+        // The arc tangent of at most 1 is at most an eighth of a turn; the rest is symmetry, so
+        // that multiples of an eighth come out exact.
+        let octant = if ax <= az {
+            libm::atan(ax / az) / RADIANS_PER_TURN
+        } else {
+            0.25 - libm::atan(az / ax) / RADIANS_PER_TURN
+        };
+        let half = if z < 0.0 { 0.5 - octant } else { octant };
+        let turn = if x < 0.0 { 1.0 - half } else { half };
+        // Just left of the seam the nearest double is 1, which is the seam itself.
+        if turn < 1.0 { turn } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn is_nan(self) -> bool {
+        self.is_nan()
+    }
+}
+
+fn by_squaring(mut base: f64, mut exponent: u32) -> f64 {
+    let mut result = 1.0;
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            result *= base;
+        }
+        base *= base;
+        exponent >>= 1;
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn differences_of_products_keep_what_cancels() {
+        let x = 1.0 + f64::EPSILON;
+        // (1 + e)^2 - (1 + 2e) * 1 is e^2 exactly.
+        let exact = f64::EPSILON * f64::EPSILON;
+        assert_eq!(f64::difference_of_products(x, x, 1.0 + 2.0 * f64::EPSILON, 1.0), exact);
+    }
+
+    #[test]
+    fn turns_are_exact_at_eighths_and_stay_below_one() {
+        let cases = [
+            (0.0, 1.0, 0.0),
+            (1.0, 1.0, 0.125),
+            (1.0, 0.0, 0.25),
+            (1.0, -1.0, 0.375),
+            (0.0, -1.0, 0.5),
+            (-1.0, -1.0, 0.625),
+            (-1.0, 0.0, 0.75),
+            (-1.0, 1.0, 0.875),
+            (-1e-17, 1.0, 0.0),
+            (-0.0, 1.0, 0.0),
+            (0.0, 0.0, 0.0),
+        ];
+        for (x, z, expected) in cases {
+            assert_eq!(f64::turns(x, z), expected, "{x} {z}");
+        }
+    }
+
+    #[test]
+    fn turns_agree_with_their_sine_and_cosine() {
+        for k in 0..10_000 {
+            let angle = f64::from(k) * 0.000_628_3;
+            let turn = f64::turns(angle.sin(), angle.cos());
+            // `sin`, `cos` and `turns` err by about an ulp of 1 each.
+            assert!(
+                (turn - angle / std::f64::consts::TAU).abs() < 8.0 * f64::EPSILON,
+                "{angle} {turn}"
+            );
+        }
+    }
+
+    #[test]
+    fn powers_by_squaring_and_by_pow_agree() {
+        for n in 0..=32u32 {
+            for k in 1..40 {
+                let base = f64::from(k) / 40.0;
+                let (fast, slow) = (f64::power(base, f64::from(n)), libm::pow(base, f64::from(n)));
+                let bound = f64::from(n + 2) * UNIT_ROUNDOFF * slow;
+                assert!((fast - slow).abs() <= bound, "{base}^{n}: {fast} {slow}");
+            }
+        }
+        assert_eq!(f64::power(0.0, 0.0), 1.0);
+    }
+}

@@ -1,0 +1,151 @@
+//! Vectors over any [`Real`].
+
+use std::ops::{Add, Mul, Neg, Sub};
+
+use glam::DVec3;
+
+use crate::numeric::real::Real;
+
+/// A point, a vector or a colour.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vec3<R> {
+    /// First component.
+    pub x: R,
+    /// Second component.
+    pub y: R,
+    /// Third component.
+    pub z: R,
+}
+
+impl<R: Real> Vec3<R> {
+    /// The origin.
+    pub const ZERO: Vec3<R> = Vec3 { x: R::ZERO, y: R::ZERO, z: R::ZERO };
+
+    /// The vector with these components.
+    #[inline(always)]
+    pub fn new(x: R, y: R, z: R) -> Self {
+        Vec3 { x, y, z }
+    }
+
+    /// The vector with these components.
+    #[inline(always)]
+    #[must_use]
+    pub fn from_dvec3(v: DVec3) -> Self {
+        Vec3 { x: R::from_f64(v.x), y: R::from_f64(v.y), z: R::from_f64(v.z) }
+    }
+
+    /// The inner product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> R {
+        self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
+    }
+
+    /// The cross product, each component to 1.5 units in the last place.
+    #[inline(always)]
+    #[must_use]
+    pub fn cross(self, other: Self) -> Self {
+        Vec3 {
+            x: R::difference_of_products(self.y, other.z, self.z, other.y),
+            y: R::difference_of_products(self.z, other.x, self.x, other.z),
+            z: R::difference_of_products(self.x, other.y, self.y, other.x),
+        }
+    }
+
+    /// Component by component.
+    #[inline(always)]
+    #[must_use]
+    pub fn scaled_by(self, other: Self) -> Self {
+        Vec3 { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
+    }
+
+    /// Applies a function to each component.
+    #[inline(always)]
+    #[must_use]
+    pub fn map(self, f: impl Fn(R) -> R) -> Self {
+        Vec3 { x: f(self.x), y: f(self.y), z: f(self.z) }
+    }
+
+    /// The size of the largest component.
+    #[inline(always)]
+    pub fn max_norm(self) -> R {
+        self.x.abs().max(self.y.abs()).max(self.z.abs())
+    }
+
+    /// The vector of length 1 with this direction; none for the zero vector and for vectors that
+    /// are not finite.
+    #[inline]
+    #[must_use]
+    pub fn normalized(self) -> Option<Self> {
+        // Squares of what lies in this range neither overflow nor lose bits to underflow.
+        const SAFE: std::ops::Range<f64> = 1e-140..1e140;
+        let largest = self.max_norm().to_f64();
+        if SAFE.contains(&largest) {
+            return Some(self * (R::ONE / self.dot(self).sqrt_or_zero()));
+        }
+        if largest == 0.0 || !largest.is_finite() {
+            return None;
+        }
+        // A power of two keeps the direction exact.
+        let scale = R::from_f64(libm::scalbn(1.0, -libm::ilogb(largest).max(-1000)));
+        (self * scale).normalized()
+    }
+
+    /// Whether all components are 0.
+    #[inline]
+    pub fn is_zero(self) -> bool {
+        self == Vec3::ZERO
+    }
+}
+
+impl<R: Real> Add for Vec3<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Vec3 { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
+    }
+}
+
+impl<R: Real> Sub for Vec3<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Vec3 { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+}
+
+impl<R: Real> Mul<R> for Vec3<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: R) -> Self {
+        Vec3 { x: self.x * factor, y: self.y * factor, z: self.z * factor }
+    }
+}
+
+impl<R: Real> Neg for Vec3<R> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Vec3 { x: -self.x, y: -self.y, z: -self.z }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn normalizing_works_at_every_magnitude() {
+        for scale in [1.0, 1e200, 1e-200, 1e300, 4e-320, 1e-310] {
+            let unit = Vec3::new(3.0 * scale, 0.0, -4.0 * scale).normalized().expect("not zero");
+            // Subnormal numbers have few bits to begin with.
+            let bound = if scale < 1e-300 { 1e-3 } else { 4.0 * f64::EPSILON };
+            assert!(
+                (unit.x - 0.6).abs() < bound && (unit.z + 0.8).abs() < bound,
+                "{scale} {unit:?}"
+            );
+        }
+        assert_eq!(Vec3::<f64>::ZERO.normalized(), None);
+        assert_eq!(Vec3::new(f64::INFINITY, 0.0, 0.0).normalized(), None);
+        assert_eq!(Vec3::new(f64::NAN, 0.0, 0.0).normalized(), None);
+    }
+}

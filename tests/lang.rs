@@ -1,0 +1,153 @@
+//! The language corpus: `tests/lang/*.gml`, one program a line, with the stack it leaves or the
+//! error it ends with. A line is `PROGRAM %! STACK` or `PROGRAM %! error CODE at COLUMN`; lines
+//! that start with `%` are comments.
+
+use std::sync::Arc;
+
+use compiler::diagnostic::Diagnostic;
+use compiler::preprocess::NoIncludes;
+use compiler::source::SourceMap;
+use vm::host::{Host, RenderJob};
+use vm::machine::{Limits, Machine};
+use vm::program::LoadedProgram;
+
+struct NoRender;
+
+impl Host for NoRender {
+    fn render(&mut self, _: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        panic!("the language corpus renders nothing");
+    }
+}
+
+const LIMITS: Limits = Limits { fuel: 50_000_000, max_depth: 100_000, max_memory: 256 << 20 };
+
+/// The final stack as `gmlvm eval` prints it, in one line; or `error CODE at COLUMN`.
+fn outcome(program: &str) -> String {
+    let mut sources = SourceMap::default();
+    let file = sources.add("case.gml", program.as_bytes().to_vec()).expect("short");
+    let failed = |sources: &SourceMap, diagnostic: &Diagnostic| {
+        let span = diagnostic.primary.span;
+        let column = sources.file_of(span).map_or(0, |file| file.line_column(span).column);
+        format!("error {} at {column}", diagnostic.code.as_str())
+    };
+    let bytecode = match compiler::compile(&mut sources, file, &mut NoIncludes, &[]) {
+        Ok(bytecode) => bytecode,
+        Err(diagnostics) => return failed(&sources, &diagnostics[0]),
+    };
+    let loaded = Arc::new(LoadedProgram::new(bytecode));
+    match Machine::new(&loaded, LIMITS).run(&mut NoRender) {
+        Ok(stack) => stack.iter().map(vm::display::to_text).collect::<Vec<_>>().join(" "),
+        Err(error) => failed(&sources, &error.into_diagnostic()),
+    }
+}
+
+#[track_caller]
+fn check_corpus(file: &str, min_cases: usize) {
+    let path = format!("{}/tests/lang/{file}", env!("CARGO_MANIFEST_DIR"));
+    let corpus = std::fs::read_to_string(&path).expect("the corpus is part of the project");
+    let mut failures = Vec::new();
+    let mut n_cases = 0;
+    for (idx, line) in corpus.lines().enumerate() {
+        if line.starts_with('%') || line.trim().is_empty() {
+            continue;
+        }
+        let (program, expected) = line.split_once("%!").expect("every case says what it expects");
+        n_cases += 1;
+        let got = outcome(program.trim_end());
+        if got != expected.trim() {
+            failures.push(format!(
+                "{file}:{}: {program}\n  expected {expected}\n  got       {got}",
+                idx + 1
+            ));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+    assert!(n_cases >= min_cases, "only {n_cases} cases in {file}");
+}
+
+#[test]
+fn arithmetic() {
+    check_corpus("arithmetic.gml", 55);
+}
+
+#[test]
+fn functions() {
+    check_corpus("functions.gml", 40);
+}
+
+#[test]
+fn data() {
+    check_corpus("data.gml", 35);
+}
+
+#[test]
+fn lexical_rules() {
+    check_corpus("lexical.gml", 25);
+}
+
+/// Code beyond what registers hold: hundreds of bindings, pending operands and nested arrays.
+#[test]
+fn crowded_functions_spill() {
+    let names: Vec<String> = (0..600).map(|n| format!("n{}", letters(n))).collect();
+    let bind: String =
+        names.iter().enumerate().map(|(n, name)| format!("{n} x addi /{name} ")).collect();
+    let uses = names.join(" ");
+    let sums = "addi ".repeat(599);
+    let expected: i64 = (0..600).map(|n| n + 1).sum();
+    assert_eq!(
+        outcome(&format!("{{ /x {bind} {uses} {sums} }} /f 1 f apply")),
+        expected.to_string()
+    );
+    let array =
+        format!("{{ /x {bind} [ {uses} [ {uses} ] ] }} /f 1 f apply /a a length a 600 get 599 get");
+    assert_eq!(outcome(&array), "601 600");
+    let capture = format!("{{ /x {bind} {{ {uses} {sums} }} }} /f 1 f apply apply");
+    assert_eq!(outcome(&capture), expected.to_string());
+    let branch = format!(
+        "{{ /c /x {bind} x c {{ {uses} {sums} }} {{ 7 }} if }} /f 1 true f apply 1 false f apply"
+    );
+    assert_eq!(outcome(&branch), format!("1 {expected} 1 7"));
+}
+
+fn letters(mut n: usize) -> String {
+    let mut name = String::new();
+    loop {
+        name.push(char::from(b'a' + (n % 26) as u8));
+        n /= 26;
+        if n == 0 {
+            return name;
+        }
+    }
+}
+
+/// What a program may use up is limited, and each limit is an error of its own.
+#[test]
+fn limits_are_errors() {
+    let cases = [
+        ("{ /self self self apply } /loop loop loop apply", "error E0401 at 19"),
+        ("{ /self self self apply 1 } /loop loop loop apply", "error E0402 at 19"),
+        (
+            "{ /self /a [ a a a a a a a a ] self self apply } /grow 1 grow grow apply",
+            "error E0403 at 42",
+        ),
+        ("{ /self 1 2 3 4 5 6 7 8 9 self self apply } /push push push apply", "error E0403 at 37"),
+        ("{ /self /n n n self self apply } /deep 1 deep deep apply", "error E0403 at 26"),
+    ];
+    for (program, expected) in cases {
+        assert_eq!(outcome(program), expected, "{program}");
+    }
+}
+
+/// Deep data is built, printed and dropped without native recursion.
+#[test]
+fn deep_data_needs_no_native_stack() {
+    let run = || {
+        let deep = "{ /self /n /a n 0 eqi { a length } { [ a ] n 1 subi self self apply } if } /f [] 1000000 f f apply";
+        assert_eq!(outcome(deep), "1");
+        let deep = "{ /self /n /o n 0 eqi { o } { o { /v /u /face o } sphere union n 1 subi self self apply } if } /f \
+                    { } sphere 300000 f f apply";
+        assert_eq!(outcome(deep), "<object>");
+    };
+    let thread = std::thread::Builder::new().stack_size(512 << 10).spawn(run);
+    thread.expect("a thread").join().expect("no overflow");
+}
