@@ -1,10 +1,25 @@
 //! Ray tracing of GML solids: scene to image.
 //!
 //! This crate owns shapes, set operations, lights, shading and pixels. It knows no GML: surfaces are
-//! numbers, which a [`SurfaceEval`](surface::SurfaceEval) evaluates.
+//! numbers, which a [`SurfaceEval`](surface::SurfaceEval) evaluates. What is computed is described
+//! beside the code that does it: intersections in `shape`, set operations in `tree` and `trace`,
+//! illumination in [`shade`].
 #![forbid(unsafe_code)]
 
+pub mod camera;
+pub mod image;
+mod intern;
 pub mod light;
 pub mod numeric;
 pub mod object;
+mod placement;
+mod ray;
+mod render;
+pub mod scene;
+pub mod shade;
+mod shape;
 pub mod surface;
+mod trace;
+mod tree;
+
+pub use render::{Failure, render};

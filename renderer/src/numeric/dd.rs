@@ -62,6 +62,12 @@ impl Dd {
         if self.hi < 0.0 { -self } else { self }
     }
 
+    /// The order of numbers, with a place for NaN.
+    #[must_use]
+    pub fn total_cmp(&self, other: &Dd) -> Ordering {
+        self.hi.total_cmp(&other.hi).then(self.lo.total_cmp(&other.lo))
+    }
+
     /// The square root, 0 for negative numbers (one Newton step from the root of `hi`).
     #[must_use]
     pub fn sqrt_or_zero(self) -> Dd {

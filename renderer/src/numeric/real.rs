@@ -6,9 +6,6 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::numeric::dd::Dd;
 
-/// Half the distance from 1 to the next double: the relative error of one rounding.
-pub const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
-
 /// A type that stands for real numbers.
 ///
 /// Implementations must be deterministic to the last bit on every target.
@@ -25,6 +22,8 @@ pub trait Real:
     + Neg<Output = Self>
     + 'static
 {
+    /// Half the distance from 1 to the next number: the relative error of one rounding.
+    const UNIT_ROUNDOFF: f64;
     /// 0.
     const ZERO: Self;
     /// 1.
@@ -57,6 +56,11 @@ pub trait Real:
     #[must_use]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
 
+    /// `s1 x² + s2 y² + s3 z² - k` for signs s, however much of it cancels: the relative error is a
+    /// few units in the last place unless the exact value is below 2^-80 of its terms.
+    #[must_use]
+    fn signed_squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Self;
+
     /// `base` to the power of `exponent`, for a base above 0.
     #[must_use]
     fn power(base: Self, exponent: f64) -> Self;
@@ -83,6 +87,7 @@ pub trait Real:
 }
 
 impl Real for f64 {
+    const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
     const ZERO: f64 = 0.0;
     const ONE: f64 = 1.0;
 
@@ -123,6 +128,18 @@ impl Real for f64 {
         a.mul_add(b, -cd) + error
     }
 
+    #[inline(always)]
+    fn signed_squares([s1, s2, s3]: [f64; 3], [x, y, z]: [f64; 3], k: f64) -> f64 {
+        let (xx, yy, zz) = (s1 * x * x, s2 * y * y, s3 * z * z);
+        let sum = xx + yy + zz - k;
+        // Seven roundings of at most the terms' size: with this much left, all but 2^-40 is right.
+        const CANCELLED: f64 = 1.0 / 4096.0;
+        if sum.abs() >= CANCELLED * (xx.abs() + yy.abs() + zz.abs()) {
+            return sum;
+        }
+        cancelled_squares([s1, s2, s3], [x, y, z], k)
+    }
+
     fn power(base: f64, exponent: f64) -> f64 {
         // Squaring repeatedly costs at most `exponent` roundings, so that up to here it is as
         // accurate as a base with that many rounding errors deserves; beyond, `pow` is better.
@@ -158,6 +175,17 @@ impl Real for f64 {
     }
 }
 
+/// The same sum with twice the digits.
+#[cold]
+#[inline(never)]
+fn cancelled_squares(signs: [f64; 3], p: [f64; 3], k: f64) -> f64 {
+    let mut sum = -Dd::from(k);
+    for (sign, coordinate) in signs.into_iter().zip(p) {
+        sum = sum + Dd::from(sign * coordinate) * Dd::from(coordinate);
+    }
+    sum.to_f64()
+}
+
 fn by_squaring(mut base: f64, mut exponent: u32) -> f64 {
     let mut result = 1.0;
     while exponent > 0 {
@@ -180,6 +208,16 @@ mod tests {
         // (1 + e)^2 - (1 + 2e) * 1 is e^2 exactly.
         let exact = f64::EPSILON * f64::EPSILON;
         assert_eq!(f64::difference_of_products(x, x, 1.0 + 2.0 * f64::EPSILON, 1.0), exact);
+    }
+
+    #[test]
+    fn sums_of_squares_keep_what_cancels() {
+        // (1 + e)² - 1 is 2e + e².
+        let x = 1.0 + f64::EPSILON;
+        let exact = 2.0 * f64::EPSILON + f64::EPSILON * f64::EPSILON;
+        assert_eq!(f64::signed_squares([1.0, 1.0, 1.0], [x, 0.0, 0.0], 1.0), exact);
+        assert_eq!(f64::signed_squares([1.0, -1.0, 1.0], [3e7, 5e7, 4e7], 0.0), 0.0);
+        assert_eq!(f64::signed_squares([1.0, 0.0, 1.0], [3.0, 7.0, 4.0], 1.0), 24.0);
     }
 
     #[test]
@@ -221,7 +259,7 @@ mod tests {
             for k in 1..40 {
                 let base = f64::from(k) / 40.0;
                 let (fast, slow) = (f64::power(base, f64::from(n)), libm::pow(base, f64::from(n)));
-                let bound = f64::from(n + 2) * UNIT_ROUNDOFF * slow;
+                let bound = f64::from(n + 2) * f64::UNIT_ROUNDOFF * slow;
                 assert!((fast - slow).abs() <= bound, "{base}^{n}: {fast} {slow}");
             }
         }

@@ -31,7 +31,14 @@ impl<R: Real> Vec3<R> {
     #[inline(always)]
     #[must_use]
     pub fn from_dvec3(v: DVec3) -> Self {
-        Vec3 { x: R::from_f64(v.x), y: R::from_f64(v.y), z: R::from_f64(v.z) }
+        Vec3::from_f64s(v.to_array())
+    }
+
+    /// The vector with these components.
+    #[inline(always)]
+    #[must_use]
+    pub fn from_f64s([x, y, z]: [f64; 3]) -> Self {
+        Vec3 { x: R::from_f64(x), y: R::from_f64(y), z: R::from_f64(z) }
     }
 
     /// The inner product.

@@ -1,0 +1,57 @@
+//! Images, and the encoding of colours as pixels.
+
+/// What a colour is stored as.
+pub trait Pixel: Copy + Send + Sync + Default {
+    /// Encodes linear red, green and blue, of any size.
+    fn from_linear(color: [f64; 3]) -> Self;
+}
+
+/// Bytes: floor(255 c), with c clamped to [0, 1] and NaN black (reference 4.9).
+impl Pixel for [u8; 3] {
+    fn from_linear(color: [f64; 3]) -> Self {
+        // `as` rounds toward 0, which is down here, and takes NaN to 0.
+        color.map(|c| (255.0 * c.clamp(0.0, 1.0)) as u8)
+    }
+}
+
+/// Linear light, not clamped.
+impl Pixel for [f32; 3] {
+    fn from_linear(color: [f64; 3]) -> Self {
+        color.map(|c| c as f32)
+    }
+}
+
+/// Pixels, row by row from the upper left; `pixels.len() == width * height`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image<P> {
+    /// Width in pixels.
+    pub width: u32,
+    /// Height in pixels.
+    pub height: u32,
+    /// The pixels.
+    pub pixels: Vec<P>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_are_rounded_down_and_clamped() {
+        let cases = [
+            (0.0, 0),
+            (0.5, 127),
+            (0.6, 153),
+            (1.0, 255),
+            (0.999_999, 254),
+            (-1.0, 0),
+            (7.0, 255),
+            (f64::NAN, 0),
+            (f64::INFINITY, 255),
+            (f64::NEG_INFINITY, 0),
+        ];
+        for (value, byte) in cases {
+            assert_eq!(<[u8; 3]>::from_linear([value; 3]), [byte; 3], "{value}");
+        }
+    }
+}

@@ -1,0 +1,239 @@
+//! Which faces of a scene lie on the same surface.
+//!
+//! Two spheres that coincide, a cylinder turned about its own axis, the lid of a drill that is
+//! flush with a plate: exact arithmetic says that their surfaces are equal, and rounding says that
+//! they are a hair apart. So surfaces are compared where they are set up, as world-space quadrics in
+//! double-double, and equal ones get one number. A plane counts as the square of its equation,
+//! which has no sign that could differ.
+
+use std::rc::Rc;
+
+use crate::numeric::dd::{DD_ERROR, Dd};
+use crate::object::ShapeKind;
+use crate::placement::Placement;
+use crate::shape::{Form, forms};
+
+/// The upper triangle of the symmetric 4×4 matrix of a quadric, scaled so that its quadratic part
+/// has Frobenius norm 1, and how far each entry may be off.
+struct Quadric {
+    entries: [Dd; 10],
+    errors: [f64; 10],
+}
+
+/// Rows and columns of the ten entries; 3 is the constant.
+const PLACES: [(usize, usize); 10] =
+    [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (3, 3)];
+
+/// A face and the number by which faces are sorted: a sum of its surface's entries, with weights
+/// that no geometry is likely to be in tune with.
+struct Key {
+    sum: Dd,
+    error: f64,
+    face: u32,
+}
+
+const WEIGHTS: [f64; 10] = [0.731, 0.417, 0.933, 0.269, 0.577, 0.871, 0.113, 0.349, 0.653, 0.197];
+
+/// The surface of every face, faces of one shape in a row, and how many of the surfaces have
+/// several faces: those have the lowest numbers.
+pub(crate) fn face_surfaces(kinds: &[ShapeKind], placements: &[Rc<Placement>]) -> (Vec<u32>, u32) {
+    let mut faces = Vec::new();
+    for (kind, placement) in kinds.iter().zip(placements) {
+        faces.extend(forms(*kind).iter().map(|form| (*form, placement)));
+    }
+    let quadric = |face: u32| {
+        let (form, placement) = &faces[face as usize];
+        Quadric::new(*form, placement)
+    };
+    let mut keys: Vec<Key> = (0..faces.len() as u32).map(|face| quadric(face).key(face)).collect();
+    keys.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    let mut classes: Vec<Vec<u32>> = Vec::new();
+    let mut singles = Vec::new();
+    for run in keys.chunk_by(|a, b| (b.sum - a.sum).to_f64() <= a.error + b.error) {
+        if let [only] = run {
+            singles.push(only.face);
+        } else {
+            split(run, &quadric, &mut classes, &mut singles);
+        }
+    }
+    let mut surfaces = vec![0; faces.len()];
+    for (number, class) in classes.iter().enumerate() {
+        for &face in class {
+            surfaces[face as usize] = number as u32;
+        }
+    }
+    for (idx, &face) in singles.iter().enumerate() {
+        surfaces[face as usize] = (classes.len() + idx) as u32;
+    }
+    (surfaces, classes.len() as u32)
+}
+
+/// Splits faces with nearly the same key into those whose surfaces are equal.
+fn split(
+    run: &[Key],
+    quadric: &impl Fn(u32) -> Quadric,
+    classes: &mut Vec<Vec<u32>>,
+    singles: &mut Vec<u32>,
+) {
+    let mut found: Vec<(Quadric, Vec<u32>)> = Vec::new();
+    for key in run {
+        let candidate = quadric(key.face);
+        match found.iter_mut().find(|(first, _)| first.is_same(&candidate)) {
+            Some((_, members)) => members.push(key.face),
+            None => found.push((candidate, vec![key.face])),
+        }
+    }
+    for (_, members) in found {
+        if let [only] = members[..] {
+            singles.push(only);
+        } else {
+            classes.push(members);
+        }
+    }
+}
+
+impl Quadric {
+    fn new(form: Form, placement: &Placement) -> Self {
+        let (signs, k) = match form {
+            Form::Quadric { signs, k } => (signs, k),
+            Form::Plane { axis, .. } => {
+                let mut signs = [0.0; 3];
+                signs[axis] = 1.0;
+                (signs, 0.0)
+            }
+        };
+        let map = &placement.object_from_world;
+        let mut quadric = Quadric { entries: [Dd::ZERO; 10], errors: [0.0; 10] };
+        for (axis, sign) in signs.into_iter().enumerate().filter(|(_, sign)| *sign != 0.0) {
+            let mut row = map.entries[axis];
+            if let Form::Plane { offset, .. } = form {
+                row[3] = row[3] - Dd::from(offset);
+            }
+            quadric.add_square(Dd::from(sign), &row, &map.errors[axis]);
+        }
+        quadric.entries[9] = quadric.entries[9] - Dd::from(k);
+        quadric.scaled()
+    }
+
+    /// Adds `sign (row · (x, y, z, 1))²`.
+    fn add_square(&mut self, sign: Dd, row: &[Dd; 4], row_errors: &[f64; 4]) {
+        for (place, &(i, j)) in PLACES.iter().enumerate() {
+            let product = row[i] * row[j];
+            let sizes = [row[i].abs().to_f64(), row[j].abs().to_f64()];
+            let (ei, ej) = (row_errors[i], row_errors[j]);
+            self.entries[place] = self.entries[place] + sign * product;
+            self.errors[place] +=
+                sizes[0] * ej + sizes[1] * ei + ei * ej + DD_ERROR * sizes[0] * sizes[1];
+        }
+    }
+
+    fn scaled(mut self) -> Self {
+        let mut square = Dd::ZERO;
+        for (entry, &(i, j)) in self.entries[..6].iter().zip(&PLACES) {
+            let times = if i == j { 1.0 } else { 2.0 };
+            square = square + Dd::from(times) * *entry * *entry;
+        }
+        let norm = square.sqrt_or_zero();
+        let size = norm.to_f64();
+        // The norm of an error is at most the sum of its entries, those off the diagonal twice.
+        let norm_error = 2.0 * self.errors[..6].iter().sum::<f64>() + DD_ERROR * size;
+        for (entry, error) in self.entries.iter_mut().zip(&mut self.errors) {
+            *entry = *entry / norm;
+            let scaled_size = entry.abs().to_f64();
+            *error = *error / size + scaled_size * (norm_error / size + DD_ERROR);
+        }
+        self
+    }
+
+    fn key(&self, face: u32) -> Key {
+        let (mut sum, mut error) = (Dd::ZERO, 0.0);
+        for ((entry, entry_error), weight) in self.entries.iter().zip(&self.errors).zip(WEIGHTS) {
+            sum = sum + Dd::from(weight) * *entry;
+            error += weight * entry_error + DD_ERROR * entry.abs().to_f64();
+        }
+        Key { sum, error, face }
+    }
+
+    fn is_same(&self, other: &Quadric) -> bool {
+        (0..10).all(|i| {
+            (self.entries[i] - other.entries[i]).abs().to_f64() <= self.errors[i] + other.errors[i]
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::object::TransformOp;
+
+    /// The surfaces of all faces of shapes with these transforms.
+    fn surfaces(shapes: &[(ShapeKind, &[TransformOp])]) -> (Vec<u32>, u32) {
+        let kinds: Vec<_> = shapes.iter().map(|(kind, _)| *kind).collect();
+        let place = |ops: &[TransformOp]| {
+            let identity = Placement::identity();
+            Rc::new(ops.iter().rev().fold(identity, |outer, &op| outer.of_transformed(op)))
+        };
+        let placements: Vec<_> = shapes.iter().map(|(_, ops)| place(ops)).collect();
+        face_surfaces(&kinds, &placements)
+    }
+
+    const TILT: TransformOp = TransformOp::RotateX(33.0);
+    const AWAY: TransformOp = TransformOp::Translate(DVec3::new(0.1, 0.7, 2.3));
+
+    #[test]
+    fn equal_surfaces_get_one_number() {
+        let turned = [TransformOp::RotateY(17.0), TransformOp::RotateZ(41.0), AWAY];
+        let (spheres, n_shared) =
+            surfaces(&[(ShapeKind::Sphere, &[AWAY]), (ShapeKind::Sphere, &turned)]);
+        assert_eq!((spheres, n_shared), (vec![0, 0], 1));
+        let around_axis: Vec<_> =
+            [TransformOp::RotateY(10.0); 36].into_iter().chain([TILT, AWAY]).collect();
+        let (cylinders, n_shared) =
+            surfaces(&[(ShapeKind::Cylinder, &[TILT, AWAY]), (ShapeKind::Cylinder, &around_axis)]);
+        assert_eq!((&cylinders[..3], n_shared), (&cylinders[3..], 3));
+    }
+
+    #[test]
+    fn faces_of_turned_cubes_pair_up() {
+        let center = TransformOp::Translate(DVec3::splat(-0.5));
+        let once = [center, TransformOp::RotateX(90.0), TransformOp::RotateY(90.0), TILT, AWAY];
+        let (cubes, n_shared) =
+            surfaces(&[(ShapeKind::Cube, &[center, TILT, AWAY]), (ShapeKind::Cube, &once)]);
+        assert_eq!(n_shared, 6);
+        let (first, second) = cubes.split_at(6);
+        assert!(first.iter().all(|surface| second.contains(surface)));
+    }
+
+    #[test]
+    fn flush_caps_and_touching_faces_are_found() {
+        let drill = [TransformOp::Scale(DVec3::new(0.3, 1.0, 0.3)), TILT, AWAY];
+        let beside = [TransformOp::Translate(DVec3::X), TILT, AWAY];
+        let (faces, n_shared) = surfaces(&[
+            (ShapeKind::Cube, &[TILT, AWAY]),
+            (ShapeKind::Cylinder, &drill),
+            (ShapeKind::Cube, &beside),
+        ]);
+        let (cube, cylinder, neighbor) = (&faces[..6], &faces[6..9], &faces[9..]);
+        assert_eq!((cylinder[1], cylinder[2]), (cube[4], cube[5]));
+        // The neighbour touches at x = 1, and continues the four sides around.
+        assert_eq!((neighbor[2], neighbor[0], neighbor[4]), (cube[3], cube[0], cube[4]));
+        assert_eq!(n_shared, 5);
+    }
+
+    #[test]
+    fn surfaces_a_hair_apart_stay_apart() {
+        for shift in [1e-15, 1e-20, 1e-25] {
+            let moved = TransformOp::Translate(DVec3::new(0.0, shift, 0.0));
+            let (_, n_shared) =
+                surfaces(&[(ShapeKind::Sphere, &[]), (ShapeKind::Sphere, &[moved])]);
+            assert_eq!(n_shared, 0, "{shift}");
+        }
+        let (_, n_shared) = surfaces(&[
+            (ShapeKind::Plane, &[]),
+            (ShapeKind::Plane, &[TransformOp::RotateX(1e-20)]),
+        ]);
+        assert_eq!(n_shared, 0);
+    }
+}

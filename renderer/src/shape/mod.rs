@@ -1,0 +1,158 @@
+//! The five unit solids: where a ray is inside them, and what their surfaces are like there.
+//!
+//! All are convex, so a ray is inside during one span of its parameter at most. Everything here is
+//! in object space. A ray comes with its moment `m = o × d`: the discriminants and hit points of all
+//! quadrics follow from `d` and `m` alone, free of the cancellation that `b² - ac` and `o + t d`
+//! suffer far from the solid.
+
+pub(crate) mod cone;
+pub(crate) mod cube;
+pub(crate) mod cylinder;
+pub(crate) mod plane;
+pub(crate) mod quadric;
+pub(crate) mod slab;
+pub(crate) mod sphere;
+
+use crate::numeric::real::Real;
+use crate::numeric::vec3::Vec3;
+use crate::object::ShapeKind;
+
+/// A ray in a shape's object space. The direction has any length, so that the parameter `t` is the
+/// same in all spaces.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LocalRay<R> {
+    pub(crate) origin: Vec3<R>,
+    pub(crate) dir: Vec3<R>,
+    pub(crate) moment: Vec3<R>,
+    /// Faces, by bit, that the origin is known to lie on: there the root is 0 exactly.
+    pub(crate) on: u8,
+}
+
+impl<R: Real> LocalRay<R> {
+    pub(crate) fn new(origin: Vec3<R>, dir: Vec3<R>, on: u8) -> Self {
+        LocalRay { origin, dir, moment: origin.cross(dir), on }
+    }
+
+    pub(crate) fn is_on(&self, face: u8) -> bool {
+        self.on >> face & 1 == 1
+    }
+}
+
+/// Where a line crosses a face. A line meets a quadric twice: of the roots `(b ± s) / a` with
+/// `s >= 0`, `plus` tells which one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Root {
+    pub(crate) face: u8,
+    pub(crate) plus: bool,
+}
+
+impl Root {
+    /// The only crossing of a plane.
+    pub(crate) fn plane(face: u8) -> Self {
+        Root { face, plus: false }
+    }
+}
+
+/// One end of a span; an infinite end is never met.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct End<R> {
+    pub(crate) t: R,
+    pub(crate) root: Root,
+}
+
+/// The part of a line that is inside a shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Span<R> {
+    pub(crate) enter: End<R>,
+    pub(crate) exit: End<R>,
+}
+
+impl<R: Real> Span<R> {
+    /// The whole line.
+    pub(crate) fn line() -> Self {
+        let end = |t: f64| End { t: R::from_f64(t), root: Root::plane(0) };
+        Span { enter: end(f64::NEG_INFINITY), exit: end(f64::INFINITY) }
+    }
+
+    /// What is in both; nothing if that has no length.
+    #[inline]
+    pub(crate) fn and(self, other: Span<R>) -> Option<Span<R>> {
+        let enter = if other.enter.t > self.enter.t { other.enter } else { self.enter };
+        let exit = if other.exit.t < self.exit.t { other.exit } else { self.exit };
+        (enter.t < exit.t).then_some(Span { enter, exit })
+    }
+}
+
+/// The surface that a face is part of.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Form {
+    /// `s1 x² + s2 y² + s3 z² = k`
+    Quadric { signs: [f64; 3], k: f64 },
+    /// The coordinate with this index has this value.
+    Plane { axis: usize, offset: f64 },
+}
+
+/// The surfaces of a shape's faces, by face.
+pub(crate) fn forms(kind: ShapeKind) -> &'static [Form] {
+    match kind {
+        ShapeKind::Sphere => &sphere::FORMS,
+        ShapeKind::Cube => &cube::FORMS,
+        ShapeKind::Cylinder => &cylinder::FORMS,
+        ShapeKind::Cone => &cone::FORMS,
+        ShapeKind::Plane => &plane::FORMS,
+    }
+}
+
+/// Where a ray's line is inside a shape.
+#[inline]
+pub(crate) fn span<R: Real>(kind: ShapeKind, ray: &LocalRay<R>) -> Option<Span<R>> {
+    match kind {
+        ShapeKind::Sphere => sphere::span(ray),
+        ShapeKind::Cube => cube::span(ray),
+        ShapeKind::Cylinder => cylinder::span(ray),
+        ShapeKind::Cone => cone::span(ray),
+        ShapeKind::Plane => plane::span(ray),
+    }
+}
+
+/// The point where a ray's line crosses a face; planar coordinates are exact.
+pub(crate) fn hit_point<R: Real>(kind: ShapeKind, ray: &LocalRay<R>, root: Root) -> Vec3<R> {
+    match forms(kind)[root.face as usize] {
+        Form::Plane { axis, offset } => slab::hit_point(ray, axis, R::from_f64(offset)),
+        Form::Quadric { signs, k } => quadric::hit_point(ray, signs, k, root.plus),
+    }
+}
+
+/// The outward normal at a point of a face, of any length; zero at the apex of a cone.
+pub(crate) fn normal<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> Vec3<R> {
+    match forms(kind)[face as usize] {
+        Form::Quadric { signs, .. } => p.scaled_by(Vec3::from_f64s(signs)),
+        Form::Plane { axis, offset } => {
+            // The lower bound of an axis faces down, but for the half-space y <= 0.
+            let up = offset > 0.0 || kind == ShapeKind::Plane;
+            let mut normal = [R::ZERO; 3];
+            normal[axis] = if up { R::ONE } else { -R::ONE };
+            Vec3::new(normal[0], normal[1], normal[2])
+        }
+    }
+}
+
+/// Texture coordinates of a point of a face (reference, table 1): in [0, 1], `u` around an axis in
+/// [0, 1), but unbounded on planes.
+pub(crate) fn texture<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> (f64, f64) {
+    let half = |x: R| ((x + R::ONE) / R::from_f64(2.0)).to_f64();
+    let (u, v) = match (kind, face) {
+        (ShapeKind::Plane, _) => return (p.x.to_f64(), p.z.to_f64()),
+        (ShapeKind::Sphere, _) => (R::turns(p.x, p.z).to_f64(), half(p.y)),
+        (ShapeKind::Cylinder | ShapeKind::Cone, 0) => (R::turns(p.x, p.z).to_f64(), p.y.to_f64()),
+        (ShapeKind::Cylinder | ShapeKind::Cone, _) => (half(p.x), half(p.z)),
+        (ShapeKind::Cube, 0 | 1) => (p.x.to_f64(), p.y.to_f64()),
+        (ShapeKind::Cube, 2 | 3) => (p.z.to_f64(), p.y.to_f64()),
+        (ShapeKind::Cube, _) => (p.x.to_f64(), p.z.to_f64()),
+    };
+    // Rounding may step over an edge, where a table lookup in the surface function would fail.
+    (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0))
+}
+
+#[cfg(test)]
+mod tests;

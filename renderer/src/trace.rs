@@ -1,0 +1,211 @@
+//! The first boundary of a scene on a ray.
+//!
+//! Surfaces are two-sided: an entry and an exit count alike. No ray is offset from its origin and
+//! none has a least distance: a ray knows the face that it starts on, whose root is 0 exactly, and
+//! the medium that it starts in. Crossings that rounding cannot tell apart form one group (a tie),
+//! whose changes take effect together, so that skins of no thickness vanish.
+
+use crate::numeric::real::Real;
+use crate::ray::{Crossing, Medium, On, Ray};
+use crate::scene::{Component, Leaf, Scene};
+use crate::shape::{self, LocalRay};
+use crate::tree;
+
+/// Roundings of the size of the terms that `t` may be off by. Bringing origin and direction into
+/// object space, forming the root and comparing it costs about ten; 64 leaves room for planes met
+/// at up to one in six. Of 205,209 pixels of 88 scenes made of coincident surfaces, and 136,320 of
+/// real scenes, none is wrong with this factor that is right in 256-bit arithmetic.
+const TIE_ROUNDINGS: f64 = 64.0;
+
+/// Memory for tracing, kept from ray to ray.
+#[derive(Debug)]
+pub(crate) struct Workspace<R> {
+    pub(crate) tree: tree::Workspace<R>,
+    /// Boundaries of all components, with the component's index.
+    crossings: Vec<(u32, Crossing<R>)>,
+}
+
+impl<R: Real> Workspace<R> {
+    pub(crate) fn new(scene: &Scene<R>) -> Self {
+        Workspace { tree: tree::Workspace::new(scene), crossings: Vec::new() }
+    }
+}
+
+/// A leaf's span on a ray, as crossings; infinite ends lie at infinite `t`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LeafSpan<R> {
+    pub(crate) enter: Crossing<R>,
+    pub(crate) exit: Crossing<R>,
+}
+
+impl<R: Real> LeafSpan<R> {
+    /// Whether the origin is inside, or enters at once.
+    pub(crate) fn is_inside(&self) -> bool {
+        !self.enter.is_ahead() && self.exit.is_ahead()
+    }
+}
+
+impl<R: Real> Scene<R> {
+    /// The ray in a leaf's object space.
+    pub(crate) fn local_ray(&self, index: u32, ray: &Ray<R>) -> LocalRay<R> {
+        let leaf = &self.leaves[index as usize];
+        let dir = leaf.object_from_world.vector(ray.dir);
+        match &ray.on {
+            Some(on) if on.leaf == index => LocalRay::new(on.point, dir, self.faces_on(leaf, on)),
+            Some(on) if on.surface < self.n_shared => LocalRay::new(
+                leaf.object_from_world.point(ray.origin),
+                dir,
+                self.faces_on(leaf, on),
+            ),
+            _ => LocalRay::new(leaf.object_from_world.point(ray.origin), dir, 0),
+        }
+    }
+
+    /// The faces of a leaf, by bit, that are part of the surface that the ray starts on.
+    fn faces_on(&self, leaf: &Leaf<R>, on: &On<R>) -> u8 {
+        let n_faces = shape::forms(leaf.kind).len() as u8;
+        (0..n_faces)
+            .filter(|&face| self.face_surface(leaf, face) == on.surface)
+            .fold(0, |bits, face| bits | 1 << face)
+    }
+
+    /// Where a ray's line is inside a leaf.
+    pub(crate) fn leaf_span(&self, index: u32, ray: &Ray<R>) -> Option<LeafSpan<R>> {
+        let leaf = &self.leaves[index as usize];
+        let local = self.local_ray(index, ray);
+        let span = shape::span(leaf.kind, &local)?;
+        // What rounding may have moved the origin by, in lengths of the direction.
+        let origin_size = leaf.linear_size * ray.origin.max_norm().to_f64() + leaf.shift_size;
+        let reach = origin_size / local.dir.max_norm().to_f64();
+        let crossing = |end: shape::End<R>, entering| {
+            let t = end.t.to_f64().abs();
+            // An infinite end is no crossing, and ties with nothing.
+            let roundings = if t.is_finite() { t + reach } else { 0.0 };
+            let tolerance = TIE_ROUNDINGS * R::UNIT_ROUNDOFF * roundings;
+            let is_exact = end.t == R::ZERO && local.is_on(end.root.face);
+            let tolerance = if is_exact { 0.0 } else { tolerance };
+            Crossing { t: end.t, tolerance, leaf: index, root: end.root, entering }
+        };
+        Some(LeafSpan { enter: crossing(span.enter, true), exit: crossing(span.exit, false) })
+    }
+
+    /// The first boundary ahead of the ray's origin.
+    pub(crate) fn first_hit(
+        &self,
+        ray: &Ray<R>,
+        workspace: &mut Workspace<R>,
+    ) -> Option<Crossing<R>> {
+        if ray.medium == Medium::Inside {
+            return self.first_exit(ray, workspace);
+        }
+        let mut nearest: Option<Crossing<R>> = None;
+        for component in &self.components {
+            let (is_inside, crossing) = self.component_crossing(component, ray, workspace);
+            if is_inside {
+                return self.first_exit(ray, workspace);
+            }
+            let Some(crossing) = crossing else { continue };
+            // In a tie the later operand of the union paints.
+            if nearest.as_ref().is_none_or(|best| crossing.t < best.t || crossing.ties_with(best)) {
+                nearest = Some(crossing);
+            }
+        }
+        nearest
+    }
+
+    /// Whether anything is met before `t_end` (anywhere, if none).
+    pub(crate) fn is_blocked(
+        &self,
+        ray: &Ray<R>,
+        t_end: Option<R>,
+        workspace: &mut Workspace<R>,
+    ) -> bool {
+        let is_before = |crossing: &Crossing<R>| match t_end {
+            None => true,
+            Some(end) => (end - crossing.t).to_f64() > crossing.tolerance,
+        };
+        if ray.medium != Medium::Outside {
+            return self.first_hit(ray, workspace).as_ref().is_some_and(is_before);
+        }
+        let meets = |component: &Component| {
+            let (_, crossing) = self.component_crossing(component, ray, workspace);
+            crossing.as_ref().is_some_and(is_before)
+        };
+        self.components.iter().any(meets)
+    }
+
+    /// Whether a component holds the ray's origin, and the first boundary ahead. For rays that are
+    /// known to start outside nothing holds it, whatever rounding says, and only entries count.
+    fn component_crossing(
+        &self,
+        component: &Component,
+        ray: &Ray<R>,
+        workspace: &mut Workspace<R>,
+    ) -> (bool, Option<Crossing<R>>) {
+        match *component {
+            Component::Leaf(leaf) => {
+                let Some(span) = self.leaf_span(leaf, ray) else { return (false, None) };
+                if span.enter.is_ahead() {
+                    return (false, Some(span.enter));
+                }
+                if ray.medium == Medium::Outside || !span.exit.is_ahead() {
+                    return (false, None);
+                }
+                (true, span.exit.t.to_f64().is_finite().then_some(span.exit))
+            }
+            Component::Tree { root, first_leaf, end_leaf } => {
+                let mut first = None;
+                let outside = ray.medium == Medium::Outside;
+                let is_inside =
+                    self.sweep(root, first_leaf..end_leaf, ray, &mut workspace.tree, |crossing| {
+                        let counts = crossing.entering || !outside;
+                        if counts {
+                            first = Some(crossing);
+                        }
+                        counts
+                    });
+                (is_inside && !outside, first)
+            }
+        }
+    }
+
+    /// For a ray that starts inside the union: where it leaves it. Boundaries between components
+    /// that overlap or touch are none of the union.
+    fn first_exit(&self, ray: &Ray<R>, workspace: &mut Workspace<R>) -> Option<Crossing<R>> {
+        let Workspace { tree, crossings } = workspace;
+        crossings.clear();
+        let mut n_around: usize = 0;
+        for (index, component) in self.components.iter().enumerate() {
+            let index = index as u32;
+            n_around += usize::from(match *component {
+                Component::Leaf(leaf) => self.leaf_span(leaf, ray).is_some_and(|span| {
+                    let ends = [span.enter, span.exit]
+                        .into_iter()
+                        .filter(|end| end.is_ahead() && end.t.to_f64().is_finite());
+                    crossings.extend(ends.map(|end| (index, end)));
+                    span.is_inside()
+                }),
+                Component::Tree { root, first_leaf, end_leaf } => {
+                    self.sweep(root, first_leaf..end_leaf, ray, tree, |crossing| {
+                        crossings.push((index, crossing));
+                        false
+                    })
+                }
+            });
+        }
+        crossings.sort_by(|(i, a), (j, b)| a.t.to_f64().total_cmp(&b.t.to_f64()).then(i.cmp(j)));
+        let groups = crossings.chunk_by(|(_, a), (_, b)| a.ties_with(b));
+        for group in groups {
+            let was_inside = n_around > 0;
+            for (_, crossing) in group {
+                n_around =
+                    if crossing.entering { n_around + 1 } else { n_around.saturating_sub(1) };
+            }
+            if was_inside && n_around == 0 {
+                let exits = group.iter().filter(|(_, crossing)| !crossing.entering);
+                return exits.max_by_key(|(index, _)| *index).map(|(_, crossing)| *crossing);
+            }
+        }
+        None
+    }
+}
