@@ -451,7 +451,6 @@ pub(crate) mod testing {
 #[cfg(test)]
 mod tests {
     use super::testing::{errors, place, preprocess, show_errors, show_files, show_tokens};
-    use super::*;
 
     #[test]
     fn conditions_select_text() {

@@ -5,8 +5,10 @@ use std::sync::Arc;
 use compiler::bytecode::Origin;
 use compiler::diagnostic::Diagnostic;
 use compiler::scalar::Point;
-use renderer::light::Light;
+use glam::DVec3;
+use renderer::light::{Attenuation, Light};
 use renderer::object::Object;
+use renderer::shade::Illumination;
 
 use crate::program::LoadedProgram;
 use crate::value::Closure;
@@ -35,6 +37,45 @@ pub struct RenderJob<'p> {
     pub name: Arc<str>,
     /// Where `render` and its operands were written.
     pub origin: Origin,
+}
+
+/// Whose rules of illumination and depth an image follows (reference 5.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Dialect {
+    /// Chicago's if `render` was given attenuation coefficients, ICFP's otherwise.
+    #[default]
+    Auto,
+    /// The ICFP contest of 2000.
+    Icfp,
+    /// The University of Chicago's course of 2003.
+    Chicago,
+}
+
+impl RenderJob<'_> {
+    /// The job's light and the rules of a dialect. Attenuation coefficients count in both; the
+    /// Chicago rules without any mean no attenuation.
+    #[must_use]
+    pub fn illumination(&self, dialect: Dialect) -> Illumination {
+        let is_chicago = match dialect {
+            Dialect::Auto => self.attenuation.is_some(),
+            Dialect::Icfp => false,
+            Dialect::Chicago => true,
+        };
+        let attenuation = match self.attenuation {
+            Some(coefficients) => Attenuation::Polynomial(coefficients),
+            None if is_chicago => Attenuation::Polynomial([1.0, 0.0, 0.0]),
+            None => Attenuation::Icfp,
+        };
+        Illumination {
+            ambient: DVec3::from_array(self.ambient),
+            lights: self.lights.clone(),
+            attenuation,
+            tint_specular: !is_chicago,
+            clamp_reflection: is_chicago,
+            // Reference 4.8: Chicago counts the primary ray.
+            max_bounces: if is_chicago { self.depth.saturating_sub(1) } else { self.depth },
+        }
+    }
 }
 
 /// Carries out what has effects outside the machine.

@@ -1,14 +1,33 @@
 //! Surface functions by interpretation.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use glam::DVec3;
+use renderer::numeric::real::Real;
+use renderer::object::Object;
+use renderer::scene::Scene;
 use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 
 use crate::error::{Error, Problem};
 use crate::machine::{Limits, Machine};
 use crate::program::LoadedProgram;
 use crate::value::{Closure, Value};
+
+/// The scene to trace, and its surface functions by [`SurfaceId`]. Shapes that were given the same
+/// closure share its number.
+#[must_use]
+pub fn scene<R: Real>(object: &Object<Arc<Closure>>) -> (Scene<R>, Vec<Arc<Closure>>) {
+    let mut surfaces: Vec<Arc<Closure>> = Vec::new();
+    let mut ids = HashMap::new();
+    let scene = Scene::new(object, |closure: &Arc<Closure>| {
+        *ids.entry(Arc::as_ptr(closure)).or_insert_with(|| {
+            surfaces.push(closure.clone());
+            SurfaceId(surfaces.len() as u32 - 1)
+        })
+    });
+    (scene, surfaces)
+}
 
 /// Evaluates the surface functions of a scene, for one thread.
 pub struct InterpSurfaces<'p> {

@@ -1,0 +1,83 @@
+//! Runs a scene and keeps its images in memory.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use compiler::diagnostic::Diagnostic;
+use compiler::preprocess::Includes;
+use compiler::source::SourceMap;
+use renderer::camera::View;
+use renderer::image::Image;
+use vm::host::{Dialect, Host, RenderJob};
+use vm::machine::{Limits, Machine};
+use vm::program::LoadedProgram;
+use vm::surfaces::{InterpSurfaces, scene};
+
+pub(crate) const LIMITS: Limits = Limits { fuel: 1_000_000_000, max_depth: 100_000, max_memory: 1 << 30 };
+
+/// An image, and the name that the scene gives it.
+pub(crate) struct Rendered {
+    pub(crate) name: String,
+    pub(crate) image: Image<[u8; 3]>,
+}
+
+struct InMemory {
+    images: Vec<Rendered>,
+}
+
+impl Host for InMemory {
+    fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        let (scene, surfaces) = scene::<f64>(&job.object);
+        let view = View::whole(job.width, job.height, job.fov_deg);
+        let worker = || InterpSurfaces::new(job.program, &surfaces, LIMITS);
+        let result = renderer::render(&scene, &job.illumination(Dialect::Auto), &view, worker, &|_| {});
+        let (image, _) = result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
+        self.images.push(Rendered { name: job.name.to_string(), image });
+        Ok(())
+    }
+}
+
+/// Includes beside the including file.
+struct Beside;
+
+impl Includes for Beside {
+    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
+        let path = Path::new(from).with_file_name(name);
+        Some((path.display().to_string(), std::fs::read(&path).ok()?))
+    }
+}
+
+/// The images of a program; `path` is the file that it stands for.
+pub(crate) fn render_text(path: &Path, text: &str) -> Result<Vec<Rendered>, String> {
+    let mut sources = SourceMap::default();
+    let file = sources.add(&path.display().to_string(), text.as_bytes().to_vec()).map_err(|_| "too large")?;
+    let told = |sources: &SourceMap, diagnostic: &Diagnostic| {
+        let span = diagnostic.primary.span;
+        let place = sources.file_of(span).map(|file| file.line_column(span).to_string());
+        format!("{} at {}: {}", diagnostic.code.as_str(), place.unwrap_or_default(), diagnostic.message)
+    };
+    let bytecode = compiler::compile(&mut sources, file, &mut Beside, &[])
+        .map_err(|diagnostics| told(&sources, &diagnostics[0]))?;
+    let program = Arc::new(LoadedProgram::new(bytecode));
+    let mut host = InMemory { images: Vec::new() };
+    match Machine::new(&program, LIMITS).run(&mut host) {
+        Ok(_) => Ok(host.images),
+        Err(error) => Err(told(&sources, &error.into_diagnostic())),
+    }
+}
+
+/// The images of a scene file.
+pub(crate) fn render_file(path: &Path) -> Result<Vec<Rendered>, String> {
+    let text = std::fs::read(path).map_err(|error| error.to_string())?;
+    render_text(path, &String::from_utf8_lossy(&text))
+}
+
+/// A folder of material beside the checkout, if it is there; says so otherwise.
+pub(crate) fn shared(folder: &str) -> Option<PathBuf> {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared").join(folder);
+    if path.is_dir() {
+        return Some(path);
+    }
+    println!("skipped: there is no {}", path.display());
+    None
+}
