@@ -47,6 +47,8 @@ pub struct RayCounts {
     pub reflected: u64,
     /// Rays toward lights.
     pub shadow: u64,
+    /// Rays toward lights that met something.
+    pub blocked: u64,
     /// Calls of surface functions.
     pub surface_calls: u64,
 }
@@ -57,6 +59,7 @@ impl RayCounts {
         self.primary += other.primary;
         self.reflected += other.reflected;
         self.shadow += other.shadow;
+        self.blocked += other.blocked;
         self.surface_calls += other.surface_calls;
     }
 }
@@ -196,6 +199,8 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         self.counts.shadow += 1;
         let ray =
             Ray { origin: hit.point, dir: light.shadow_dir, on: Some(hit.on), medium: hit.medium };
-        self.scene.is_blocked(&ray, light.shadow_end, &mut self.workspace)
+        let is_blocked = self.scene.is_blocked(&ray, light.shadow_end, &mut self.workspace);
+        self.counts.blocked += u64::from(is_blocked);
+        is_blocked
     }
 }

@@ -8,6 +8,7 @@ use compiler::preprocess::Includes;
 use compiler::source::SourceMap;
 use renderer::camera::View;
 use renderer::image::Image;
+use renderer::shade::RayCounts;
 use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
@@ -19,6 +20,7 @@ pub(crate) const LIMITS: Limits = Limits { fuel: 1_000_000_000, max_depth: 100_0
 pub(crate) struct Rendered {
     pub(crate) name: String,
     pub(crate) image: Image<[u8; 3]>,
+    pub(crate) counts: RayCounts,
 }
 
 struct InMemory {
@@ -31,8 +33,8 @@ impl Host for InMemory {
         let view = View::whole(job.width, job.height, job.fov_deg);
         let worker = || InterpSurfaces::new(job.program, &surfaces, LIMITS);
         let result = renderer::render(&scene, &job.illumination(Dialect::Auto), &view, worker, &|_| {});
-        let (image, _) = result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
-        self.images.push(Rendered { name: job.name.to_string(), image });
+        let (image, counts) = result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
+        self.images.push(Rendered { name: job.name.to_string(), image, counts });
         Ok(())
     }
 }
