@@ -3,9 +3,11 @@
 
 use std::path::Path;
 
+use support::png::read_png;
 use support::scenes::{Rendered, render_file, shared};
 
 mod support {
+    pub(crate) mod png;
     pub(crate) mod scenes;
 }
 
@@ -21,16 +23,6 @@ fn allowed_share(folder: &str, scene: &str) -> f64 {
     }
 }
 
-fn read_png(path: &Path) -> Option<(u32, u32, Vec<[u8; 3]>)> {
-    let file = std::fs::File::open(path).ok()?;
-    let mut reader = png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a PNG file");
-    let mut bytes = vec![0; reader.output_buffer_size().expect("fits in memory")];
-    let info = reader.next_frame(&mut bytes).expect("an image");
-    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
-    let pixels = bytes.chunks_exact(3).map(|rgb| [rgb[0], rgb[1], rgb[2]]).collect();
-    Some((info.width, info.height, pixels))
-}
-
 /// The share of pixels of which a channel is off by more than one level.
 fn share_off(rendered: &Rendered, expected: &[[u8; 3]]) -> f64 {
     let is_off = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 1);
@@ -41,21 +33,38 @@ fn share_off(rendered: &Rendered, expected: &[[u8; 3]]) -> f64 {
 #[track_caller]
 fn check_folder(folder: &str, n_images: usize) {
     let Some(scenes) = shared("scenes").map(|path| path.join(folder)) else { return };
-    let mut paths: Vec<_> = std::fs::read_dir(&scenes).expect("a folder").map(|e| e.expect("readable").path()).collect();
+    let mut paths: Vec<_> = std::fs::read_dir(&scenes)
+        .expect("a folder")
+        .map(|e| e.expect("readable").path())
+        .collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "gml"));
     paths.sort();
     let mut compared = 0;
     for path in paths {
         let scene = path.file_stem().expect("a name").to_string_lossy().into_owned();
-        let images = render_file(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let images =
+            render_file(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         for rendered in images {
             let base = Path::new(&rendered.name).with_extension("png");
             let expected = scenes.join("expected").join(base.file_name().expect("a name"));
-            let (width, height, pixels) = read_png(&expected).unwrap_or_else(|| panic!("no {}", expected.display()));
-            assert_eq!((rendered.image.width, rendered.image.height), (width, height), "{}", rendered.name);
-            let share = share_off(&rendered, &pixels);
-            println!("{folder}/{scene} {}: {:.4} % off by more than a level", rendered.name, 100.0 * share);
-            assert!(share <= allowed_share(folder, &scene), "{folder}/{scene} {}: {share}", rendered.name);
+            let golden = read_png(&expected).unwrap_or_else(|| panic!("no {}", expected.display()));
+            assert_eq!(
+                (rendered.image.width, rendered.image.height),
+                (golden.width, golden.height),
+                "{}",
+                rendered.name
+            );
+            let share = share_off(&rendered, &golden.pixels);
+            println!(
+                "{folder}/{scene} {}: {:.4} % off by more than a level",
+                rendered.name,
+                100.0 * share
+            );
+            assert!(
+                share <= allowed_share(folder, &scene),
+                "{folder}/{scene} {}: {share}",
+                rendered.name
+            );
             compared += 1;
         }
     }

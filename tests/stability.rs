@@ -32,7 +32,13 @@ impl Suite {
         let Rendered { image, counts, .. } =
             self.try_render(name).unwrap_or_else(|error| panic!("{name}: {error}"));
         let (width, height) = (image.width as usize, image.height as usize);
-        Picture { name: name.to_owned(), width, height, pixels: image.pixels, n_blocked: counts.blocked }
+        Picture {
+            name: name.to_owned(),
+            width,
+            height,
+            pixels: image.pixels,
+            n_blocked: counts.blocked,
+        }
     }
 
     /// All images are the same, and not empty.
@@ -42,7 +48,8 @@ impl Suite {
         assert!(first.pixels.iter().any(|&p| p != BLACK), "{} is empty", names[0]);
         for name in &names[1..] {
             let other = self.render(name);
-            let n_different = first.pixels.iter().zip(&other.pixels).filter(|(a, b)| a != b).count();
+            let n_different =
+                first.pixels.iter().zip(&other.pixels).filter(|(a, b)| a != b).count();
             assert_eq!(n_different, 0, "pixels of {name} that differ from {}", names[0]);
         }
     }
@@ -75,17 +82,23 @@ impl Picture {
     /// Every pixel is the one that a function of its place gives.
     #[track_caller]
     fn check(&self, expected: impl Fn(usize, usize) -> Rgb) {
-        let wrong: Vec<_> = self.places().filter(|&(x, y)| self.at(x, y) != expected(x, y)).collect();
+        let wrong: Vec<_> =
+            self.places().filter(|&(x, y)| self.at(x, y) != expected(x, y)).collect();
         if let Some(&(x, y)) = wrong.first() {
             let (found, expected) = (self.at(x, y), expected(x, y));
-            panic!("{}: {} pixels, first ({x}, {y}): {found:?}, not {expected:?}", self.name, wrong.len());
+            panic!(
+                "{}: {} pixels, first ({x}, {y}): {found:?}, not {expected:?}",
+                self.name,
+                wrong.len()
+            );
         }
     }
 
     /// The pixels that are not black are those for which a function of their place says so.
     #[track_caller]
     fn check_mask(&self, is_hit: impl Fn(usize, usize) -> bool) {
-        let wrong = self.places().filter(|&(x, y)| (self.at(x, y) != BLACK) != is_hit(x, y)).count();
+        let wrong =
+            self.places().filter(|&(x, y)| (self.at(x, y) != BLACK) != is_hit(x, y)).count();
         assert_eq!(wrong, 0, "{}: pixels on the wrong side of the outline", self.name);
     }
 

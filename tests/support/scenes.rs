@@ -14,7 +14,8 @@ use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
 use vm::surfaces::{InterpSurfaces, scene};
 
-pub(crate) const LIMITS: Limits = Limits { fuel: 1_000_000_000, max_depth: 100_000, max_memory: 1 << 30 };
+pub(crate) const LIMITS: Limits =
+    Limits { fuel: 1_000_000_000, max_depth: 100_000, max_memory: 1 << 30 };
 
 /// An image, and the name that the scene gives it.
 pub(crate) struct Rendered {
@@ -32,8 +33,10 @@ impl Host for InMemory {
         let (scene, surfaces) = scene::<f64>(&job.object);
         let view = View::whole(job.width, job.height, job.fov_deg);
         let worker = || InterpSurfaces::new(job.program, &surfaces, LIMITS);
-        let result = renderer::render(&scene, &job.illumination(Dialect::Auto), &view, worker, &|_| {});
-        let (image, counts) = result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
+        let result =
+            renderer::render(&scene, &job.illumination(Dialect::Auto), &view, worker, &|_| {});
+        let (image, counts) =
+            result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
         self.images.push(Rendered { name: job.name.to_string(), image, counts });
         Ok(())
     }
@@ -52,11 +55,18 @@ impl Includes for Beside {
 /// The images of a program; `path` is the file that it stands for.
 pub(crate) fn render_text(path: &Path, text: &str) -> Result<Vec<Rendered>, String> {
     let mut sources = SourceMap::default();
-    let file = sources.add(&path.display().to_string(), text.as_bytes().to_vec()).map_err(|_| "too large")?;
+    let file = sources
+        .add(&path.display().to_string(), text.as_bytes().to_vec())
+        .map_err(|_| "too large")?;
     let told = |sources: &SourceMap, diagnostic: &Diagnostic| {
         let span = diagnostic.primary.span;
         let place = sources.file_of(span).map(|file| file.line_column(span).to_string());
-        format!("{} at {}: {}", diagnostic.code.as_str(), place.unwrap_or_default(), diagnostic.message)
+        format!(
+            "{} at {}: {}",
+            diagnostic.code.as_str(),
+            place.unwrap_or_default(),
+            diagnostic.message
+        )
     };
     let bytecode = compiler::compile(&mut sources, file, &mut Beside, &[])
         .map_err(|diagnostics| told(&sources, &diagnostics[0]))?;

@@ -1,0 +1,337 @@
+//! Properties of the renderer on random scenes, which proptest shrinks when one fails.
+//!
+//! The main oracle is membership: whether a point is in a solid follows from the description by
+//! undoing its transforms one by one, in code that shares nothing with the tracer. Along a ray, the
+//! first change of membership is where the tracer must find its hit.
+
+use glam::DVec3;
+use proptest::prelude::*;
+use renderer::camera::{Region, View};
+use renderer::image::Image;
+use renderer::light::{Attenuation, Light};
+use renderer::object::{Object, ShapeKind, TransformOp};
+use renderer::scene::Scene;
+use renderer::shade::{Illumination, RayCounts};
+use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+
+/// A description of which the test knows the parts.
+#[derive(Clone, Debug)]
+enum Solid {
+    Shape(ShapeKind, u32),
+    Moved(TransformOp, Box<Solid>),
+    Union(Box<Solid>, Box<Solid>),
+    Intersect(Box<Solid>, Box<Solid>),
+    Difference(Box<Solid>, Box<Solid>),
+}
+
+impl Solid {
+    fn object(&self) -> Object<u32> {
+        match self {
+            Solid::Shape(kind, id) => Object::shape(*kind, *id),
+            Solid::Moved(op, inner) => inner.object().transformed(*op).expect("a fine transform"),
+            Solid::Union(a, b) => a.object().union(&b.object()),
+            Solid::Intersect(a, b) => a.object().intersect(&b.object()),
+            Solid::Difference(a, b) => a.object().difference(&b.object()),
+        }
+    }
+
+    fn moved(self, op: TransformOp) -> Solid {
+        Solid::Moved(op, Box::new(self))
+    }
+
+    /// Whether a point is inside; the shapes that hold it are noted by number.
+    fn holds(&self, p: DVec3, shapes: &mut u64) -> bool {
+        match self {
+            Solid::Shape(kind, id) => {
+                let inside = in_shape(*kind, p);
+                *shapes |= u64::from(inside) << id;
+                inside
+            }
+            Solid::Moved(op, inner) => inner.holds(undone(*op, p), shapes),
+            Solid::Union(a, b) => a.holds(p, shapes) | b.holds(p, shapes),
+            Solid::Intersect(a, b) => a.holds(p, shapes) & b.holds(p, shapes),
+            Solid::Difference(a, b) => a.holds(p, shapes) & !b.holds(p, shapes),
+        }
+    }
+}
+
+fn in_shape(kind: ShapeKind, p: DVec3) -> bool {
+    let unit = |x: f64| (0.0..=1.0).contains(&x);
+    let r2 = p.x * p.x + p.z * p.z;
+    match kind {
+        ShapeKind::Sphere => p.length_squared() <= 1.0,
+        ShapeKind::Cube => unit(p.x) && unit(p.y) && unit(p.z),
+        ShapeKind::Cylinder => r2 <= 1.0 && unit(p.y),
+        ShapeKind::Cone => r2 <= p.y * p.y && unit(p.y),
+        ShapeKind::Plane => p.y <= 0.0,
+    }
+}
+
+fn undone(op: TransformOp, p: DVec3) -> DVec3 {
+    let turned = |angle: f64, a: f64, b: f64| {
+        let (sin, cos) = (-angle).to_radians().sin_cos();
+        (cos * a - sin * b, sin * a + cos * b)
+    };
+    match op {
+        TransformOp::Translate(by) => p - by,
+        TransformOp::Scale(by) => p / by,
+        TransformOp::RotateX(angle) => {
+            let (y, z) = turned(angle, p.y, p.z);
+            DVec3::new(p.x, y, z)
+        }
+        TransformOp::RotateY(angle) => {
+            let (z, x) = turned(angle, p.z, p.x);
+            DVec3::new(x, p.y, z)
+        }
+        TransformOp::RotateZ(angle) => {
+            let (x, y) = turned(angle, p.x, p.y);
+            DVec3::new(x, y, p.z)
+        }
+    }
+}
+
+fn shape() -> impl Strategy<Value = Solid> {
+    let kind = prop_oneof![
+        Just(ShapeKind::Sphere),
+        Just(ShapeKind::Cube),
+        Just(ShapeKind::Cylinder),
+        Just(ShapeKind::Cone),
+        Just(ShapeKind::Plane),
+    ];
+    kind.prop_map(|kind| Solid::Shape(kind, 0))
+}
+
+fn transform() -> impl Strategy<Value = TransformOp> {
+    let factor = prop_oneof![0.3..2.5f64, -2.5..-0.3f64];
+    let shift = (-1.2..1.2f64, -1.2..1.2f64, -1.0..1.0f64);
+    prop_oneof![
+        shift.prop_map(|(x, y, z)| TransformOp::Translate(DVec3::new(x, y, z))),
+        (factor.clone(), factor.clone(), factor)
+            .prop_map(|(x, y, z)| TransformOp::Scale(DVec3::new(x, y, z))),
+        (-180.0..180.0).prop_map(TransformOp::RotateX),
+        (-180.0..180.0).prop_map(TransformOp::RotateY),
+        (-180.0..180.0).prop_map(TransformOp::RotateZ),
+    ]
+}
+
+fn solid() -> impl Strategy<Value = Solid> {
+    let leaf = (shape(), proptest::collection::vec(transform(), 1..4))
+        .prop_map(|(shape, ops)| ops.into_iter().fold(shape, Solid::moved));
+    leaf.prop_recursive(4, 12, 2, |inner| {
+        let pair = (inner.clone(), inner.clone()).prop_map(|(a, b)| (Box::new(a), Box::new(b)));
+        prop_oneof![
+            pair.clone().prop_map(|(a, b)| Solid::Union(a, b)),
+            pair.clone().prop_map(|(a, b)| Solid::Intersect(a, b)),
+            pair.prop_map(|(a, b)| Solid::Difference(a, b)),
+            (inner, transform()).prop_map(|(inner, op)| inner.moved(op)),
+        ]
+    })
+    .prop_map(|mut solid| {
+        number(&mut solid, &mut 0);
+        solid
+    })
+}
+
+/// Numbers the shapes in order, and moves each a little in a way of its own, so that surfaces do
+/// not coincide by design: shrinking likes transforms that do nothing.
+fn number(solid: &mut Solid, next: &mut u32) {
+    match solid {
+        Solid::Shape(kind, _) => {
+            let id = *next;
+            *next += 1;
+            let off = 0.0137 * f64::from(id + 1);
+            *solid = Solid::Shape(*kind, id)
+                .moved(TransformOp::RotateX(100.0 * off))
+                .moved(TransformOp::Scale(DVec3::splat(1.0 + off)))
+                .moved(TransformOp::Translate(DVec3::new(off, 0.7 * off, -1.3 * off)));
+        }
+        Solid::Moved(_, inner) => number(inner, next),
+        Solid::Union(a, b) | Solid::Intersect(a, b) | Solid::Difference(a, b) => {
+            number(a, next);
+            number(b, next);
+        }
+    }
+}
+
+/// Paints shape k with red k + 1, and no light but the ambient.
+struct Numbers;
+
+impl SurfaceEval for Numbers {
+    type Error = std::convert::Infallible;
+
+    fn eval(&mut self, surface: SurfaceId, _: SurfacePoint) -> Result<SurfaceSample, Self::Error> {
+        let color = DVec3::new(f64::from(surface.0 + 1), 0.0, 0.0);
+        Ok(SurfaceSample { color, kd: 1.0, ks: 0.0, phong_exp: 1.0 })
+    }
+}
+
+fn illumination(lights: Vec<Light>) -> Illumination {
+    Illumination {
+        ambient: DVec3::ONE,
+        lights,
+        attenuation: Attenuation::Icfp,
+        tint_specular: true,
+        clamp_reflection: false,
+        max_bounces: 0,
+    }
+}
+
+fn render(object: &Object<u32>, view: &View, lights: Vec<Light>) -> (Image<[f32; 3]>, RayCounts) {
+    let scene = Scene::<f64>::new(object, |id| SurfaceId(*id));
+    match renderer::render(&scene, &illumination(lights), view, || Numbers, &|_| {}) {
+        Ok(result) => result,
+        Err(failure) => match failure.error {},
+    }
+}
+
+const SIZE: u32 = 16;
+
+fn image(object: &Object<u32>) -> Image<[f32; 3]> {
+    render(object, &View::whole(SIZE, SIZE, 70.0), Vec::new()).0
+}
+
+/// The solid seen from the eye: moved in front of it, askew to the grid of pixels.
+fn in_view(solid: Solid) -> Solid {
+    let askew = solid.moved(TransformOp::RotateX(17.3)).moved(TransformOp::RotateY(31.7));
+    askew.moved(TransformOp::Translate(DVec3::new(0.011, 0.017, 1.5)))
+}
+
+/// The shapes whose membership changes together with the solid's, first along the ray, as a
+/// set; none if it never does. Steps in which membership may change twice are given up.
+fn first_change(solid: &Solid, dir: DVec3) -> Option<Option<u64>> {
+    const STEPS: u32 = 2000;
+    const FAR: f64 = 12.0;
+    let at = |t: f64| DVec3::new(0.0, 0.0, -1.0) + dir * t;
+    let mut before = 0;
+    let started = solid.holds(at(1e-9), &mut before);
+    for step in 1..=STEPS {
+        let mut shapes = 0;
+        let inside = solid.holds(at(FAR * f64::from(step) / f64::from(STEPS)), &mut shapes);
+        let changed = before ^ shapes;
+        if inside != started {
+            return (changed.count_ones() == 1).then_some(Some(changed));
+        }
+        if changed.count_ones() > 1 {
+            return None;
+        }
+        before = shapes;
+    }
+    Some(None)
+}
+
+fn direction(column: u32, row: u32) -> DVec3 {
+    let half = 35f64.to_radians().tan() / f64::from(SIZE);
+    let off = |k: u32| f64::from(2 * k + 1) - f64::from(SIZE);
+    DVec3::new(off(column) * half, -off(row) * half, 1.0)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+
+    /// What is painted is the shape whose boundary the solid's membership changes at.
+    #[test]
+    fn hits_are_where_membership_changes(solid in solid()) {
+        let solid = in_view(solid);
+        let found = image(&solid.object());
+        for (idx, pixel) in found.pixels.iter().enumerate() {
+            let (column, row) = (idx as u32 % SIZE, idx as u32 / SIZE);
+            let Some(expected) = first_change(&solid, direction(column, row)) else { continue };
+            let painted = pixel[0] as u64;
+            // What is thinner than a step, or beyond the last, the oracle may miss; the tracer not.
+            if let Some(shapes) = expected {
+                prop_assert!(
+                    painted > 0 && shapes >> (painted - 1) & 1 == 1,
+                    "pixel ({column}, {row}) shows {painted}, not one of {shapes:b}"
+                );
+            }
+        }
+    }
+
+    /// A solid less itself is nothing; with itself it is itself.
+    #[test]
+    fn set_operations_with_oneself(solid in solid()) {
+        let object = in_view(solid).object();
+        let alone = image(&object);
+        let nothing = image(&object.difference(&object));
+        prop_assert!(nothing.pixels.iter().all(|pixel| pixel[0] == 0.0));
+        prop_assert_eq!(&image(&object.intersect(&object)).pixels, &alone.pixels);
+        prop_assert_eq!(&image(&object.union(&object)).pixels, &alone.pixels);
+    }
+
+    /// The order of a union matters to nobody where surfaces do not coincide.
+    #[test]
+    fn unions_commute(a in solid(), b in solid()) {
+        let (a, b) = (in_view(a).object(), in_view(b).object());
+        prop_assert_eq!(image(&a.union(&b)).pixels, image(&b.union(&a)).pixels);
+    }
+
+    /// `A - (B + C) = (A - B) - C`, and `A & (B + C) = (A & B) + (A & C)`.
+    #[test]
+    fn set_algebra(a in solid(), b in solid(), c in solid()) {
+        let [a, b, c] = [a, b, c].map(|solid| in_view(solid).object());
+        let left = image(&a.difference(&b.union(&c)));
+        let right = image(&a.difference(&b).difference(&c));
+        prop_assert_eq!(left.pixels, right.pixels);
+        let left = image(&a.intersect(&b.union(&c)));
+        let right = image(&a.intersect(&b).union(&a.intersect(&c)));
+        prop_assert_eq!(left.pixels, right.pixels);
+    }
+
+    /// Transforms that undo one another leave no trace, not even in the last bit.
+    #[test]
+    fn transforms_compose_exactly(solid in solid(), angle in -180.0..180.0f64, shift in -1e6..1e6f64) {
+        let solid = in_view(solid);
+        let by = DVec3::new(shift, -shift, 0.5 * shift);
+        let there_and_back = [
+            TransformOp::RotateX(angle),
+            TransformOp::Translate(by),
+            TransformOp::Scale(DVec3::new(-4.0, 0.5, 8.0)),
+            TransformOp::RotateZ(90.0),
+            TransformOp::RotateZ(-90.0),
+            TransformOp::Scale(DVec3::new(-0.25, 2.0, 0.125)),
+            TransformOp::Translate(-by),
+            TransformOp::RotateX(-angle),
+        ];
+        let moved = there_and_back.into_iter().fold(solid.clone(), Solid::moved);
+        prop_assert_eq!(image(&moved.object()).pixels, image(&solid.object()).pixels);
+    }
+
+    /// A convex solid casts no shadow on itself, wherever it is and however it is stretched.
+    #[test]
+    fn convex_solids_do_not_shadow_themselves(
+        shape in shape(),
+        ops in proptest::collection::vec(transform(), 0..4),
+        scale in -6..7i32,
+        light in (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64),
+    ) {
+        let solid = in_view(ops.into_iter().fold(shape, Solid::moved));
+        let about_eye = DVec3::new(0.0, 0.0, 1.0);
+        let object = solid
+            .moved(TransformOp::Translate(about_eye))
+            .moved(TransformOp::Scale(DVec3::splat(10f64.powi(scale))))
+            .moved(TransformOp::Translate(-about_eye))
+            .object();
+        let (x, y, z) = light;
+        let color = DVec3::ONE;
+        let position = DVec3::new(x, y, z) * 10f64.powi(scale);
+        let lights = vec![Light::Directional { dir: DVec3::new(x, y, z), color }, Light::Point { position, color }];
+        let (_, counts) = render(&object, &View::whole(SIZE, SIZE, 70.0), lights);
+        prop_assert_eq!(counts.blocked, 0);
+    }
+
+    /// A part of the image is that part of the image, for any number of threads.
+    #[test]
+    fn regions_and_threads_do_not_matter(solid in solid(), x in 0..SIZE, y in 0..SIZE, threads in 1..8usize) {
+        let object = in_view(solid).object();
+        let whole = image(&object);
+        let region = Region { x, y, width: SIZE - x, height: SIZE - y };
+        let view = View { region, ..View::whole(SIZE, SIZE, 70.0) };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let (part, counts) = pool.install(|| render(&object, &view, Vec::new()));
+        prop_assert_eq!(counts.primary, u64::from(region.width * region.height));
+        for (idx, pixel) in part.pixels.iter().enumerate() {
+            let is_in = idx as u32 % SIZE >= x && idx as u32 / SIZE >= y;
+            prop_assert_eq!(*pixel, if is_in { whole.pixels[idx] } else { [0.0; 3] });
+        }
+    }
+}
