@@ -2,44 +2,10 @@
 //! error it ends with. A line is `PROGRAM %! STACK` or `PROGRAM %! error CODE at COLUMN`; lines
 //! that start with `%` are comments.
 
-use std::sync::Arc;
+#[path = "support/lang.rs"]
+mod support;
 
-use compiler::diagnostic::Diagnostic;
-use compiler::preprocess::NoIncludes;
-use compiler::source::SourceMap;
-use vm::host::{Host, RenderJob};
-use vm::machine::{Limits, Machine};
-use vm::program::LoadedProgram;
-
-struct NoRender;
-
-impl Host for NoRender {
-    fn render(&mut self, _: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
-        panic!("the language corpus renders nothing");
-    }
-}
-
-const LIMITS: Limits = Limits { fuel: 50_000_000, max_depth: 100_000, max_memory: 256 << 20 };
-
-/// The final stack as `gmlvm eval` prints it, in one line; or `error CODE at COLUMN`.
-fn outcome(program: &str) -> String {
-    let mut sources = SourceMap::default();
-    let file = sources.add("case.gml", program.as_bytes().to_vec()).expect("short");
-    let failed = |sources: &SourceMap, diagnostic: &Diagnostic| {
-        let span = diagnostic.primary.span;
-        let column = sources.file_of(span).map_or(0, |file| file.line_column(span).column);
-        format!("error {} at {column}", diagnostic.code.as_str())
-    };
-    let bytecode = match compiler::compile(&mut sources, file, &mut NoIncludes, &[]) {
-        Ok(bytecode) => bytecode,
-        Err(diagnostics) => return failed(&sources, &diagnostics[0]),
-    };
-    let loaded = Arc::new(LoadedProgram::new(bytecode));
-    match Machine::new(&loaded, LIMITS).run(&mut NoRender) {
-        Ok(stack) => stack.iter().map(vm::display::to_text).collect::<Vec<_>>().join(" "),
-        Err(error) => failed(&sources, &error.into_diagnostic()),
-    }
-}
+use support::outcome;
 
 #[track_caller]
 fn check_corpus(file: &str, min_cases: usize) {
@@ -67,22 +33,27 @@ fn check_corpus(file: &str, min_cases: usize) {
 
 #[test]
 fn arithmetic() {
-    check_corpus("arithmetic.gml", 55);
+    check_corpus("arithmetic.gml", 80);
 }
 
 #[test]
 fn functions() {
-    check_corpus("functions.gml", 40);
+    check_corpus("functions.gml", 70);
 }
 
 #[test]
 fn data() {
-    check_corpus("data.gml", 35);
+    check_corpus("data.gml", 75);
+}
+
+#[test]
+fn operands() {
+    check_corpus("operands.gml", 144);
 }
 
 #[test]
 fn lexical_rules() {
-    check_corpus("lexical.gml", 25);
+    check_corpus("lexical.gml", 60);
 }
 
 /// Code beyond what registers hold: hundreds of bindings, pending operands and nested arrays.

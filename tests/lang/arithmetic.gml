@@ -55,3 +55,31 @@ true 1 addi %! error E0201 at 8
 1.0 floor 1.0 addf %! error E0201 at 15
 addi %! error E0101 at 1
 1 addi %! error E0101 at 3
+-8388608 negi 8388608 eqi %! true
+1.0 2.5 subf 3.0 -0.5 mulf %! -1.5 -1.5
+7.5 2.5 divf -0.0 1.0 divf %! 3.0 -0.0
+1.0 -0.0 divf %! -inf
+0.0 0.0 divf negf %! NaN
+-0.0 frac -3.0 frac 3.75 frac %! -0.0 -0.0 0.75
+1.0 0.0 divf frac %! NaN
+0.0 0.0 divf frac %! NaN
+-0.0 clampf 1.0 clampf 1.0 0.0 divf clampf %! -0.0 1.0 1.0
+-9223372036854775808.0 floor %! -9223372036854775808
+9223372036854775808.0 floor %! error E0305 at 23
+1.0 0.0 divf floor %! error E0305 at 14
+0.0 0.0 divf sqrt 1.0 0.0 divf sqrt %! NaN inf
+-1.0 0.0 divf sqrt %! error E0303 at 15
+1.0 0.0 divf sin %! NaN
+0.0 0.0 divf cos %! NaN
+0.0 0.0 divf acos %! NaN
+-0.0 sin -0.0 cos %! 0.0 1.0
+450.0 sin -450.0 sin 36090.0 cos %! 1.0 -1.0 0.0
+-1.0 asin 0.0 asin 1.0 acos %! -90.0 0.0 0.0
+1 3 lessi { 2.0 } { 3.0 } if sqrt %! 1.4142135623730951
+9007199254740993 real 9007199254740992.0 eqf %! true
+-5 -2 divi -5 -2 modi 5 -2 divi %! 2 -1 -2
+0 5 divi 0 5 modi 0 -5 modi %! 0 0 0
+4 5 muli -4 5 muli addi 0 eqi %! true
+1.0 1 eqf %! error E0201 at 7
+1 1.0 eqi %! error E0201 at 7
+1 2.0 lessf %! error E0201 at 7

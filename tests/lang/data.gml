@@ -43,3 +43,39 @@ true false %! true false
 1.0 1.0 1.0 point [ ] { 1 } sphere 1 180.0 2 2 "x" render %! error E0307 at 52
 1.0 1.0 1.0 point [ ] { 1 } sphere 1 90.0 0 2 "x" render %! error E0307 at 51
 1.0 1.0 1.0 point [ ] { 1 } sphere 1 90 2 2 "x" render %! error E0201 at 49
+[ [ 1 2 ] [ 3 [ 4 5 ] ] ] 1 get 1 get 0 get %! 4
+[ { 1 } { 2 } ] 1 get apply %! 2
+[ true 1 2.0 "s" 0.0 0.0 0.0 point { } { } sphere ] length %! 7
+[ 1 2 3 ] /a [ a 2 get a 1 get a 0 get ] a %! [ 3 2 1 ] [ 1 2 3 ]
+[ [ ] [ [ ] ] ] length %! 2
+[ 7 ] 9223372036854775807 get %! error E0304 at 27
+[ 7 ] 1 get %! error E0304 at 9
+[ [ 7 ] 0 get ] 1 get %! error E0304 at 19
+[ 1 2 ] { 0 } apply get %! 1
+[ { [ 1 } apply ] %! error E0006 at 9
+[ 1 { 2 /x x x } apply ] %! [ 1 2 2 ]
+3 /n [ n { /n n 1 addi } apply ] %! [ 4 ]
+3 /n [ n 4 /n n { n 5 /n n } apply n ] n %! [ 3 4 4 5 4 ] 3
+[ 1 2 3 length ] %! error E0201 at 9
+{ } sphere -1.0 1.0 1.0 scale %! <object>
+{ } cube 0.0 0.0 0.0 point 1 0 divi %! error E0302 at 32
+{ } cube 1e300 uscale 1e300 uscale %! error E0306 at 29
+{ } cube 1e-300 uscale 1e-300 uscale %! error E0306 at 31
+{ } cube 1.0 1.0 -0.0 scale %! error E0306 at 23
+{ } cube 0.0 0.0 divf 0.0 0.0 translate %! error E0306 at 31
+{ } cube 1.0 0.0 divf 1.0 1.0 scale %! error E0306 at 31
+{ } cube 0.0 0.0 divf uscale %! error E0306 at 23
+{ } cube 0.0 0.0 divf rotatez %! error E0306 at 23
+{ } cube { } plane { } cone union intersect %! <object>
+0.0 0.0 0.0 point 0.0 0.0 0.0 point 1.0 1.0 1.0 point 30.0 2.0 spotlight %! <light>
+1.0 1.0 1.0 point [ ] 1.0 0.0 0.0 point { } sphere 1 180.0 2 2 "x" render %! error E0307 at 68
+1.0 1.0 1.0 point [ ] 1.0 0.0 0.0 point { } sphere 1 90.0 2 -1 "x" render %! error E0307 at 68
+1.0 1.0 1.0 point 1.0 0.0 0.0 point { } sphere 1 90.0 2 2 "x" render %! error E0101 at 63
+1.0 1.0 1.0 point { } { } sphere 1 90.0 2 2 "x" render %! error E0201 at 49
+1.0 1.0 1.0 point [ ] 1.0 { } sphere 1 90.0 2 2 "x" render %! error E0201 at 53
+1.0 1.0 1.0 point 7 1.0 0.0 0.0 point { } sphere 1 90.0 2 2 "x" render %! error E0201 at 65
+7 [ ] 1.0 0.0 0.0 point { } sphere 1 90.0 2 2 "x" render %! error E0201 at 51
+[ ] 1.0 0.0 0.0 point { } sphere 1 90.0 2 2 "x" render %! error E0101 at 49
+1.0 1.0 1.0 point [ ] { } sphere 1 0.0 2 2 "x" render %! error E0307 at 48
+1.0 1.0 1.0 point [ ] { } sphere 1 0.0 0.0 divf 2 2 "x" render %! error E0307 at 57
+1.0 1.0 1.0 point [ ] { } sphere 1 90.0 4294967296 2 "x" render %! error E0307 at 58

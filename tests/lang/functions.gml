@@ -42,3 +42,33 @@ true { 2 } 1 if %! error E0201 at 14
 { /p p 0.0 lessf { true } { false } if { 1 } { 2 } if } /q -1.0 q apply 1.0 q apply %! 1 2
 { 1 { 2 { 3 { 4 { 5 } apply } apply } apply } apply } apply %! 1 2 3 4 5
 { /self /n /acc n 0 eqi { acc } { acc n addi n 1 subi self self apply } if } /sum 0 100 sum sum apply %! 5050
+1 /x { x } /f 2 /x { f apply x } apply %! 1 2
+1 /x 2 /x x %! 2
+1 /x { x 2 /x x } apply x %! 1 2 1
+1 /x true { x 2 /x x } { } if x %! 1 2 1
+false { } { 1 /y y } if y %! error E0102 at 25
+{ 1 /y } apply y %! error E0102 at 16
+true { false } { true } if { 1 } { 2 } if %! 2
+{ { { 1 } } } apply apply apply %! 1
+{ /f 1 f apply } /with-one { 2 addi } with-one apply %! 3
+{ /g /f { f apply g apply } } /then { 1 addi } { 2 muli } then apply /h 4 h apply %! 10
+{ /odd /even /n n 0 eqi { true } { n 1 subi even odd odd apply } if } /even { /odd /even /n n 0 eqi { false } { n 1 subi even odd even apply } if } /odd 7 even odd even apply %! false
+{ /odd /even /n n 0 eqi { true } { n 1 subi even odd odd apply } if } /even { /odd /even /n n 0 eqi { false } { n 1 subi even odd even apply } if } /odd 8 even odd even apply %! true
+{ } { } true 3 if %! error E0201 at 16
+true { 1 } { 2 } /f f if %! 1
+true { 1 } { } { } apply if %! 1
+{ /a if } /f true { 1 } { 2 } 9 f apply %! 1
+{ /a if } /f 1 9 f apply %! error E0101 at 6
+{ 1 0 divi } /f true { 5 } f if %! 5
+{ 1 0 divi } /f f apply %! error E0302 at 7
+{ x } /f 1 2 f apply %! error E0102 at 3
+{ 1 addi } /f true f apply %! error E0201 at 5
+{ /x /y x } /f 1 f %! 1 {...}
+0 { 1 } { 2 } if %! error E0201 at 15
+{ } { 1 } { 2 } if %! error E0201 at 17
+"s" apply %! error E0201 at 5
+[ { } ] apply %! error E0201 at 9
+{ apply } /f f apply %! error E0101 at 3
+{ /x x addi } /f 1 f apply %! error E0101 at 8
+{ 1 { 2 { addi } apply } apply } apply %! 3
+{ /self /n n 0 eqi { } { n 1 subi self self apply } if } /run 100000 run run apply %!
