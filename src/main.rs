@@ -1,1 +1,44 @@
-fn main() {}
+//! The `gmlvm` binary: reads the command line, runs one command, and turns how it ended into an
+//! exit code. What the commands do is in [`driver`]; only this crate touches files and streams.
+#![forbid(unsafe_code)]
+
+use std::process::ExitCode;
+
+use crate::failure::Failure;
+use crate::report::Reporter;
+
+mod args;
+mod clean;
+mod console;
+mod crash;
+mod driver;
+mod failure;
+mod formats;
+mod load;
+mod output;
+mod report;
+mod run;
+mod trace;
+mod values;
+
+fn main() -> ExitCode {
+    let args = args::parse();
+    let reporter = Reporter::new(&args.common);
+    let ended = crash::guarded(|| {
+        crash::require_cpu()?;
+        driver::execute(&args, &reporter)
+    });
+    match ended {
+        Ok(Ok(code)) => ExitCode::from(code),
+        Ok(Err(failure)) => {
+            if let Failure::Usage(message) | Failure::Output(message) = &failure {
+                reporter.message(message);
+            }
+            ExitCode::from(failure.exit_code())
+        }
+        Err(crash) => {
+            reporter.message(&crash);
+            ExitCode::from(failure::EXIT_BUG)
+        }
+    }
+}

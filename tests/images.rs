@@ -1,4 +1,4 @@
-//! Golden images: `tests/images/*.gml`, one feature each, beside the PNGs of what they render; and
+//! Golden images: `tests/golden/*.gml`, one feature each, beside the PNGs of what they render; and
 //! pixels that the reference gives in numbers.
 //!
 //! `GMLVM_BLESS=1` writes the PNGs anew. On a mismatch what was rendered is written to the folder
@@ -32,15 +32,18 @@ fn check_golden(rendered: &Rendered, golden: &Path) -> Result<(), String> {
 
 #[test]
 fn images_are_as_they_were() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/images");
-    let mut paths: Vec<PathBuf> =
-        std::fs::read_dir(&folder).expect("a folder").map(|entry| entry.expect("readable").path()).collect();
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden");
+    let mut paths: Vec<PathBuf> = std::fs::read_dir(&folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("readable").path())
+        .collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "gml"));
     paths.sort();
     assert!(paths.len() >= 11, "only {} scenes", paths.len());
     let mut failures = Vec::new();
     for path in paths {
-        let images = render_file(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let images =
+            render_file(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         for rendered in images {
             let golden = folder.join(&rendered.name).with_extension("png");
             failures.extend(check_golden(&rendered, &golden).err());
@@ -116,8 +119,14 @@ fn a_spotlight_on_a_plane() {
     let at = [(5, 6), (5, 7), (4, 6), (6, 7), (5, 9)];
     let cases = [
         ("", [[216, 108, 54], [140, 70, 35], [195, 97, 48], [137, 68, 34], [0, 0, 0]]),
-        ("1.0 0.0 0.0 point", [[249, 124, 62], [168, 84, 42], [227, 113, 56], [165, 82, 41], [0, 0, 0]]),
-        ("1.0 0.1 0.05 point", [[112, 56, 28], [67, 33, 16], [100, 50, 25], [65, 32, 16], [0, 0, 0]]),
+        (
+            "1.0 0.0 0.0 point",
+            [[249, 124, 62], [168, 84, 42], [227, 113, 56], [165, 82, 41], [0, 0, 0]],
+        ),
+        (
+            "1.0 0.1 0.05 point",
+            [[112, 56, 28], [67, 33, 16], [100, 50, 25], [65, 32, 16], [0, 0, 0]],
+        ),
     ];
     for (attenuation, expected) in cases {
         let pixels: Vec<_> = at.into_iter().zip(expected).collect();

@@ -42,10 +42,13 @@ fn rust_files() -> Vec<(String, String)> {
 #[test]
 fn crates_depend_one_way() {
     for (name, allowed) in ALLOWED {
-        let manifest = std::fs::read_to_string(root().join(name).join("Cargo.toml")).expect("a manifest");
+        let manifest =
+            std::fs::read_to_string(root().join(name).join("Cargo.toml")).expect("a manifest");
         let dependencies = manifest.split("[dependencies]").nth(1).expect("dependencies");
         for other in CRATES.iter().filter(|other| **other != name) {
-            let names_it = dependencies.lines().any(|line| line.starts_with(&format!("{other}.")) || line.starts_with(&format!("{other} ")));
+            let names_it = dependencies.lines().any(|line| {
+                line.starts_with(&format!("{other}.")) || line.starts_with(&format!("{other} "))
+            });
             assert!(!names_it || allowed.contains(other), "{name} must not depend on {other}");
         }
     }
@@ -60,7 +63,9 @@ fn unsafe_code_has_one_place() {
     let word = concat!("unsafe", " ");
     for (name, text) in rust_files() {
         let code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
-        let has_unsafe = code.clone().any(|line| line.contains(&format!("{word}{{")) || line.contains(&format!("{word}fn")));
+        let has_unsafe = code
+            .clone()
+            .any(|line| line.contains(&format!("{word}{{")) || line.contains(&format!("{word}fn")));
         assert!(!has_unsafe || name == "jit/src/code.rs", "{name}");
     }
 }
@@ -69,7 +74,8 @@ fn unsafe_code_has_one_place() {
 fn only_the_binary_touches_files_clocks_and_streams() {
     let forbidden = ["std::fs", "std::time", "std::env", "println!", "eprintln!", "std::process"];
     for (name, text) in rust_files() {
-        let is_library = ["compiler/", "vm/", "renderer/"].iter().any(|krate| name.starts_with(krate));
+        let is_library =
+            ["compiler/", "vm/", "renderer/"].iter().any(|krate| name.starts_with(krate));
         if !is_library {
             continue;
         }
@@ -91,7 +97,12 @@ fn files_open_with_what_they_own_and_stay_short() {
 
 #[test]
 fn nothing_is_left_for_later() {
-    let words = [concat!("TO", "DO"), concat!("FIX", "ME"), concat!("XX", "X"), concat!("unimplemented", "!")];
+    let words = [
+        concat!("TO", "DO"),
+        concat!("FIX", "ME"),
+        concat!("XX", "X"),
+        concat!("unimplemented", "!"),
+    ];
     for (name, text) in rust_files() {
         for word in words {
             assert!(!text.contains(word), "{name} says {word}");

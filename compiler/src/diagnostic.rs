@@ -172,8 +172,8 @@ codes! {
         "The program's values need more memory than `--max-memory` allows.";
     /// Image or scene size limit reached
     SizeLimit = "E0404" Limit
-        "The image has more pixels than `--max-pixels` allows, or the scene more solids than fit \
-         in `--max-memory`.";
+        "The image has more pixels than `--max-pixels` allows, the scene more solids than fit in \
+         `--max-memory`, or the program renders more images than `--max-images`.";
     /// File name refused
     RefusedPath = "E0501" Policy
         "The scene names its image files, and scenes are not trusted: the name must be relative, \

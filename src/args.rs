@@ -1,0 +1,407 @@
+//! The command line, typed.
+
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand, ValueEnum};
+
+use crate::values::{self, Definition, Region, Size};
+
+/// Compile, run, inspect and measure GML scenes.
+///
+/// GML is the stack language of the ICFP 2000 programming contest, whose programs describe solids
+/// and lights and render them. `gmlvm SCENE` is short for `gmlvm run SCENE`.
+#[derive(Debug, Parser)]
+#[command(name = "gmlvm", version, arg_required_else_help = true, after_help = EXIT_CODES)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    pub(crate) common: Common,
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0   done (diff: the images are the same)
+  1   the GML program is wrong (diff: the images differ)
+  2   wrong command line, or an input cannot be read
+  3   an output could not be written
+  4   a limit was reached
+  5   refused: a file name outside the output directory
+  70  a bug in gmlvm";
+
+/// What all commands have in common.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Common {
+    /// Report errors only
+    #[arg(short, long, global = true)]
+    pub(crate) quiet: bool,
+    /// Tell more: phases, times and decisions
+    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    pub(crate) verbose: bool,
+    /// Colour messages; by itself on a terminal, unless NO_COLOR is set (CLICOLOR_FORCE: anywhere)
+    #[arg(long, global = true, value_name = "WHEN", default_value = "auto")]
+    pub(crate) color: ColorChoice,
+    /// How errors are reported: with source text, on one line each, or as one JSON object a line
+    #[arg(long, global = true, value_name = "FORMAT", default_value = "human")]
+    pub(crate) message_format: MessageFormat,
+}
+
+/// When to colour.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ColorChoice {
+    Auto,
+    Always,
+    Never,
+}
+
+/// How diagnostics are written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MessageFormat {
+    Human,
+    Short,
+    Json,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Run a scene and write its images
+    #[command(long_about = RUN_ABOUT, after_long_help = RUN_EXAMPLES)]
+    Run(RunArgs),
+    /// Report what is wrong with scenes; write nothing
+    #[command(long_about = CHECK_ABOUT)]
+    Check(CheckArgs),
+    /// Show a scene's tokens, tree or bytecode
+    #[command(long_about = DISASM_ABOUT)]
+    Disasm(DisasmArgs),
+    /// Run a program and print the stack it leaves
+    #[command(long_about = EVAL_ABOUT)]
+    Eval(EvalArgs),
+    /// Compare two images
+    #[command(long_about = DIFF_ABOUT)]
+    Diff(DiffArgs),
+    /// Explain the code of an error
+    Explain(ExplainArgs),
+}
+
+/// Names of the commands, for telling them from scenes.
+const COMMANDS: [&str; 7] = ["run", "check", "disasm", "eval", "diff", "explain", "help"];
+
+/// What goes into a program besides its text.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct Inputs {
+    /// Bind NAME before the program starts
+    ///
+    /// VALUE is an integer, a real, `true`, `false` or a "string", written as in GML; anything else
+    /// is taken as the text of a string.
+    #[arg(short = 'D', long = "define", value_name = "NAME=VALUE", value_parser = values::definition)]
+    pub(crate) defines: Vec<Definition>,
+    /// Look for included files here too, after the including file's own directory
+    #[arg(short = 'I', long = "include", value_name = "DIR")]
+    pub(crate) include_dirs: Vec<PathBuf>,
+}
+
+/// What a program may use up.
+#[derive(Clone, Copy, Debug, clap::Args)]
+#[command(next_help_heading = "Limits")]
+pub(crate) struct LimitArgs {
+    /// Instructions of the program, and of each call of a surface function
+    #[arg(long, value_name = "N", default_value_t = 10_000_000_000)]
+    pub(crate) fuel: u64,
+    /// Calls active at once; calls in tail position do not count
+    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    pub(crate) max_depth: usize,
+    /// Memory for the program's values; k, M and G are powers of 1024
+    #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = values::bytes)]
+    pub(crate) max_memory: u64,
+    /// Pixels of one image
+    #[arg(long, value_name = "N", default_value_t = 1 << 28)]
+    pub(crate) max_pixels: u64,
+    /// Images of one run
+    #[arg(long, value_name = "N", default_value_t = 10_000)]
+    pub(crate) max_images: u64,
+}
+
+/// `gmlvm run`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct RunArgs {
+    /// The program; - is the standard input
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) inputs: Inputs,
+
+    /// Images go below DIR, which is made if need be
+    #[arg(short, long, value_name = "DIR", default_value = ".", help_heading = "Output")]
+    pub(crate) out_dir: PathBuf,
+    /// Write to NAME instead of the name that the scene gives; - is the standard output
+    ///
+    /// {name} stands for the scene's name for the image, without directory and extension; n in the
+    /// same braces for the number of the image in this run, from 1. A relative NAME is below the
+    /// output directory.
+    #[arg(long, value_name = "NAME", help_heading = "Output")]
+    pub(crate) output: Option<PathBuf>,
+    /// File format; without it the name's extension decides, and PPM is the default
+    ///
+    /// With this option an extension that the scene gives is replaced.
+    #[arg(long, value_name = "FORMAT", help_heading = "Output")]
+    pub(crate) format: Option<ImageFormat>,
+    /// Write times and counts as JSON; - is the standard output
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) stats: Option<PathBuf>,
+
+    /// Threads for tracing [default: one per processor, or RAYON_NUM_THREADS]
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = "Engine")]
+    pub(crate) threads: Option<u16>,
+    /// How surface functions are evaluated
+    #[arg(long, value_name = "ENGINE", default_value = "auto", help_heading = "Engine")]
+    pub(crate) engine: Engine,
+
+    /// The rules of shading: of 2000, of 2003, or by whether `render` gets an attenuation point
+    #[arg(long, value_name = "DIALECT", default_value = "auto", help_heading = "Picture")]
+    pub(crate) dialect: Dialect,
+    /// Render all images in this size
+    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
+    pub(crate) size: Option<Size>,
+    /// Render all images with this reflection depth
+    #[arg(long, value_name = "N", help_heading = "Picture")]
+    pub(crate) depth: Option<u32>,
+    /// Render only these pixels; the rest of the image is black
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::region, help_heading = "Picture")]
+    pub(crate) region: Option<Region>,
+
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+const RUN_ABOUT: &str = "\
+Run a scene and write its images.
+
+Each `render` writes one image below the output directory, under the name that the scene gives. \
+Scenes are not trusted: a name that leads out of the directory, or through a symbolic link, is \
+refused. An image appears complete or not at all, and replaces one of the same name. For each \
+image one line with its name, size and time goes to the standard error.";
+
+const RUN_EXAMPLES: &str = "\
+Examples:
+  gmlvm scene.gml                     write the images under the scene's own names
+  gmlvm run scene.gml -o out          the same, below out/
+  gmlvm scene.gml --format png        as PNG files, whatever extension the scene gives
+  gmlvm scene.gml --size 80x60        a quick draft
+  gmlvm scene.gml --output '{name}-draft.png'
+  gmlvm scene.gml --output - >a.ppm   to the standard output
+  gmlvm - -D n=5 -D file=a.ppm        from the standard input, with two names bound
+  gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there";
+
+/// An image file format.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ImageFormat {
+    /// Binary PPM (P6), a byte per channel
+    Ppm,
+    /// PNG, a byte per channel
+    Png,
+    /// PFM: linear light as 32-bit floating point numbers, not clamped
+    Pfm,
+}
+
+/// How surface functions are evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Engine {
+    /// The fastest that works
+    Auto,
+    /// By interpretation
+    Interp,
+    /// As machine code
+    Jit,
+}
+
+/// The rules of shading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Dialect {
+    /// Chicago if `render` gets an attenuation point, ICFP otherwise
+    Auto,
+    /// ICFP 2000: highlights and reflections take the surface's colour
+    Icfp,
+    /// Chicago 2003: they do not, and the primary ray counts for the depth
+    Chicago,
+}
+
+const CHECK_ABOUT: &str = "\
+Report what is wrong with scenes; write nothing.
+
+Each scene is compiled and run, and its `render` operands are checked, but nothing is traced: what \
+a surface function does wrong shows only in `gmlvm run`. Exits with the code of the first scene \
+that fails.";
+
+/// `gmlvm check`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct CheckArgs {
+    /// The programs; - is the standard input
+    #[arg(required = true, value_name = "SCENE")]
+    pub(crate) scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) inputs: Inputs,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+const EVAL_ABOUT: &str = "\
+Run a program and print the stack it leaves, bottom first, one value a line, in GML syntax.
+
+Functions print as {...}, objects as <object>, lights as <light>. `render` takes its operands and \
+checks them, but renders nothing.";
+
+/// `gmlvm eval`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct EvalArgs {
+    /// The program; - is the standard input
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) inputs: Inputs,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+const DISASM_ABOUT: &str = "\
+Show a scene's tokens, tree or bytecode, beside the places in the source text they come from.
+
+Bytecode is listed by function, the main program first, with the source line above the \
+instructions that it became.";
+
+/// `gmlvm disasm`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct DisasmArgs {
+    /// The program; - is the standard input
+    pub(crate) scene: PathBuf,
+    #[command(flatten)]
+    pub(crate) inputs: Inputs,
+    /// What to show, in this order
+    #[arg(long, value_name = "WHAT", value_delimiter = ',', default_value = "bytecode")]
+    pub(crate) emit: Vec<Stage>,
+    /// Show the bytecode of this function only
+    #[arg(long, value_name = "N")]
+    pub(crate) function: Option<u32>,
+}
+
+/// A form that a program takes on its way through the compiler.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Stage {
+    Tokens,
+    Ast,
+    Bytecode,
+}
+
+/// `gmlvm diff`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct DiffArgs {
+    /// The one image: PPM, PNG or PFM
+    pub(crate) a: PathBuf,
+    /// The other
+    pub(crate) b: PathBuf,
+    /// What to measure, and to hold against the tolerance
+    #[arg(long, value_name = "METRIC", default_value = "count")]
+    pub(crate) metric: Metric,
+    /// How much is still the same; see the metrics [default: 0, for psnr: infinity]
+    #[arg(long, value_name = "T", value_parser = values::tolerance)]
+    pub(crate) tolerance: Option<f64>,
+    /// Write a picture of the differences: black where there is none, bright where it is large
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) map: Option<PathBuf>,
+    /// Print the result as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+const DIFF_ABOUT: &str = "\
+Compare two images of the formats PPM (P6), PNG and PFM.
+
+Channels are compared in levels: 1/255 of full scale, whatever the format; alpha is ignored. Images \
+of unequal sizes differ. Exits with 0 if the images are the same within the tolerance, with 1 if \
+they differ, with 2 if they cannot be read.";
+
+/// A measure of how much two images differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Metric {
+    /// Number of pixels with a channel off by more than T levels; same if there are none
+    Count,
+    /// Largest difference of a channel, in levels; same if at most T
+    Max,
+    /// Root of the mean square of all channels' differences, in levels; same if at most T
+    Rmse,
+    /// Peak signal-to-noise ratio, 20 log10(255 / rmse) dB; same if at least T
+    Psnr,
+}
+
+/// `gmlvm explain`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ExplainArgs {
+    /// The code, such as E0201
+    pub(crate) code: String,
+}
+
+/// Reads the command line; on an error says so and ends the process, with exit code 2.
+pub(crate) fn parse() -> Args {
+    Args::parse_from(with_command(std::env::args_os().collect()))
+}
+
+/// Puts `run` in front of a scene that stands where the command would.
+fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let mut at = 1;
+    while let Some(argument) = args.get(at) {
+        at += match argument.to_str() {
+            Some("-q" | "--quiet" | "-v" | "--verbose") => 1,
+            Some("--color" | "--message-format") => 2,
+            Some(other) if other.starts_with("--color=") => 1,
+            Some(other) if other.starts_with("--message-format=") => 1,
+            _ => break,
+        };
+    }
+    if args.get(at).is_some_and(|argument| !names_command(argument)) {
+        args.insert(at, "run".into());
+    }
+    args
+}
+
+/// Whether an argument is for us, and not a scene or an option of `run`.
+fn names_command(argument: &OsStr) -> bool {
+    let Some(text) = argument.to_str() else { return false };
+    if matches!(text, "-h" | "--help" | "-V" | "--version") || COMMANDS.contains(&text) {
+        return true;
+    }
+    // A plain word that is no file is more likely a mistyped command, and clap knows which.
+    let is_word = !text.is_empty() && text.bytes().all(|b| b.is_ascii_lowercase());
+    is_word && !std::path::Path::new(text).exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
+        let names: Vec<_> =
+            Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
+        assert_eq!(names, COMMANDS[..6]);
+    }
+
+    #[test]
+    fn a_scene_in_place_of_a_command_is_run() {
+        let expand = |line: &str| {
+            let args = format!("gmlvm {line}").split(' ').map(OsString::from).collect();
+            let args: Vec<_> =
+                with_command(args).into_iter().map(|a| a.into_string().expect("text")).collect();
+            args[1..].join(" ")
+        };
+        assert_eq!(expand("a.gml"), "run a.gml");
+        assert_eq!(expand("-"), "run -");
+        assert_eq!(expand("-o out a.gml"), "run -o out a.gml");
+        assert_eq!(expand("-q --color never a.gml"), "-q --color never run a.gml");
+        assert_eq!(expand("-q eval a.gml"), "-q eval a.gml");
+        assert_eq!(expand("run a.gml"), "run a.gml");
+        assert_eq!(expand("--help"), "--help");
+        assert_eq!(expand("dissasm a.gml"), "dissasm a.gml");
+    }
+}

@@ -1,0 +1,28 @@
+//! The commands, one function each.
+
+use crate::args::{Args, Command};
+use crate::failure::Failure;
+use crate::report::Reporter;
+
+mod accept;
+mod check;
+mod diff;
+mod disasm;
+mod eval;
+mod explain;
+mod run;
+
+/// Runs the command and returns the exit code.
+///
+/// # Errors
+/// Why it ended early.
+pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
+    match &args.command {
+        Command::Run(args) => run::run(args, reporter),
+        Command::Check(args) => check::check(args, reporter),
+        Command::Disasm(args) => disasm::disasm(args, reporter),
+        Command::Eval(args) => eval::eval(args, reporter),
+        Command::Diff(args) => diff::diff(args),
+        Command::Explain(args) => explain::explain(args),
+    }
+}

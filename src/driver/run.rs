@@ -1,0 +1,68 @@
+//! `gmlvm run`: compiles a scene, runs it, and writes the images it renders.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use vm::machine::Machine;
+use vm::program::LoadedProgram;
+
+use crate::args::{Engine, RunArgs};
+use crate::failure::Failure;
+use crate::load::Source;
+use crate::report::Reporter;
+use crate::run::Renders;
+use crate::run::stats::{Counts, Phases, seconds};
+
+pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
+    if args.engine == Engine::Jit {
+        return Err(Failure::Usage(
+            "`--engine jit`: the compiler to machine code is not built yet; use `auto` or `interp`"
+                .to_owned(),
+        ));
+    }
+    let mut host = Renders::new(args, reporter)?;
+    start_threads(args)?;
+    let mut source = Source::read(&args.scene, &args.inputs, reporter)?;
+    let compile_start = Instant::now();
+    let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
+    let run_start = Instant::now();
+    let functions = &program.bytecode.functions;
+    host.stats.counts = Counts {
+        functions: functions.len(),
+        instructions: functions.iter().map(|function| function.code.len()).sum(),
+        ..Counts::default()
+    };
+    let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);
+    host.stats.phases = Phases {
+        read: seconds(source.read_time),
+        compile: seconds(run_start - compile_start),
+        run: seconds(run_start.elapsed().saturating_sub(host.busy)),
+        ..host.stats.phases
+    };
+    reporter.detail(&host.stats.phases_line());
+    if let Err(error) = outcome {
+        return Err(match host.stopped_by {
+            Some(failure) => failure,
+            None => source.stopped(error.into_diagnostic(), reporter),
+        });
+    }
+    write_stats(args, host)?;
+    Ok(0)
+}
+
+fn start_threads(args: &RunArgs) -> Result<(), Failure> {
+    let n_threads = args.threads.map_or(0, usize::from);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(n_threads)
+        .build_global()
+        .map_err(|error| Failure::Usage(format!("cannot start the threads: {error}")))
+}
+
+fn write_stats(args: &RunArgs, mut host: Renders<'_>) -> Result<(), Failure> {
+    let Some(path) = &args.stats else { return Ok(()) };
+    host.stats.version = env!("CARGO_PKG_VERSION");
+    host.stats.scene = args.scene.display().to_string();
+    host.stats.engine = "interp";
+    host.stats.threads = rayon::current_num_threads();
+    host.stats.write(path)
+}

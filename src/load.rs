@@ -1,0 +1,145 @@
+//! Reading programs: the scene, what it includes, and what the command line adds.
+
+use std::collections::HashMap;
+use std::fs::{self, File};
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use compiler::ast::Body;
+use compiler::bytecode::Program;
+use compiler::diagnostic::{Code, Diagnostic};
+use compiler::preprocess::Includes;
+use compiler::source::{FileId, MAX_SOURCE_BYTES, SourceMap, Span};
+
+use crate::args::Inputs;
+use crate::clean::clean;
+use crate::console;
+use crate::failure::Failure;
+use crate::report::{Reporter, hint};
+
+/// How the standard input is named in messages.
+const STDIN_NAME: &str = "<stdin>";
+
+/// A scene's text, before anything is done with it.
+pub(crate) struct Source<'a> {
+    /// All files read so far.
+    pub(crate) sources: SourceMap,
+    /// The scene itself.
+    pub(crate) root: FileId,
+    /// How long reading took.
+    pub(crate) read_time: Duration,
+    path: &'a Path,
+    inputs: &'a Inputs,
+}
+
+impl<'a> Source<'a> {
+    /// Reads a scene; `-` is the standard input.
+    ///
+    /// # Errors
+    /// When it cannot be read, or is too long.
+    pub(crate) fn read(
+        path: &'a Path,
+        inputs: &'a Inputs,
+        reporter: &Reporter,
+    ) -> Result<Self, Failure> {
+        let start = Instant::now();
+        let bytes = if is_stdin(path) { at_most(io::stdin().lock()) } else { read_file(path) };
+        let bytes = bytes.map_err(|error| {
+            let name = path.display().to_string();
+            Failure::Usage(format!("cannot read `{}`: {}", clean(&name), console::reason(&error)))
+        })?;
+        let mut sources = SourceMap::default();
+        let root = sources.add(&shown_name(path), bytes).map_err(|_| {
+            let message = format!("`{}` is too long", clean(&shown_name(path)));
+            let limit = format!("the limit is {} MiB", MAX_SOURCE_BYTES >> 20);
+            let diagnostic = Diagnostic::new(Code::SourceTooLarge, Span::NONE, message).note(limit);
+            reporter.diagnostics(&[diagnostic], &SourceMap::default(), None)
+        })?;
+        Ok(Source { sources, root, read_time: start.elapsed(), path, inputs })
+    }
+
+    /// Compiles the scene.
+    ///
+    /// # Errors
+    /// When it is wrong; the user has been told.
+    pub(crate) fn compile(&mut self, reporter: &Reporter) -> Result<Program, Failure> {
+        let defines = &self.inputs.defines;
+        let bindings: Vec<_> = defines.iter().map(|d| (d.name.clone(), d.value.clone())).collect();
+        let mut includes = self.includes();
+        compiler::compile(&mut self.sources, self.root, &mut includes, &bindings)
+            .map_err(|diagnostics| reporter.diagnostics(&diagnostics, &self.sources, None))
+    }
+
+    /// Shows what stopped the running program, with what may be meant by a name that is not bound.
+    pub(crate) fn stopped(&self, mut diagnostic: Diagnostic, reporter: &Reporter) -> Failure {
+        hint::add_file_name(&mut diagnostic, &self.sources);
+        let replacement = hint::add_meant(&mut diagnostic, &self.sources, || self.tree_again());
+        reporter.diagnostics(&[diagnostic], &self.sources, replacement.as_deref())
+    }
+
+    /// What finds the files that this scene includes.
+    pub(crate) fn includes(&self) -> FileIncludes<'a> {
+        let directory = if is_stdin(self.path) { None } else { self.path.parent() };
+        let directory = directory.unwrap_or(Path::new("")).to_owned();
+        FileIncludes {
+            directories: HashMap::from([(shown_name(self.path), directory)]),
+            search: &self.inputs.include_dirs,
+        }
+    }
+
+    /// The tree, read anew: while a program runs it is not kept. Its files take the same addresses,
+    /// so its spans are good for the first reading too.
+    fn tree_again(&self) -> Option<Body> {
+        let root = self.sources.file(self.root);
+        let mut sources = SourceMap::default();
+        let file = sources.add(&root.name, root.text.clone().into_bytes()).ok()?;
+        compiler::parse(&mut sources, file, &mut self.includes()).ok()
+    }
+}
+
+/// Finds included files: beside the including file, then in the directories of `-I`.
+pub(crate) struct FileIncludes<'a> {
+    /// Of each file read, by the name shown, its directory.
+    directories: HashMap<String, PathBuf>,
+    search: &'a [PathBuf],
+}
+
+impl Includes for FileIncludes<'_> {
+    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
+        let beside = self.directories.get(from).map(|directory| directory.join(name));
+        let elsewhere = self.search.iter().map(|directory| directory.join(name));
+        let (path, bytes) = beside
+            .into_iter()
+            .chain(elsewhere)
+            .filter(|path| path.is_file())
+            .find_map(|path| read_file(&path).ok().map(|bytes| (path, bytes)))?;
+        let shown = path.display().to_string();
+        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
+        self.directories.insert(shown.clone(), directory);
+        Some((shown, bytes))
+    }
+}
+
+/// Whether a path on the command line stands for a standard stream.
+pub(crate) fn is_stdin(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+fn shown_name(path: &Path) -> String {
+    if is_stdin(path) { STDIN_NAME.to_owned() } else { path.display().to_string() }
+}
+
+/// The whole file; of a file that is too long, enough to tell.
+fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+    if fs::metadata(path)?.is_dir() {
+        return Err(io::ErrorKind::IsADirectory.into());
+    }
+    at_most(File::open(path)?)
+}
+
+fn at_most(reader: impl Read) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.take(MAX_SOURCE_BYTES as u64 + 1).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}

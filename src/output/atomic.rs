@@ -1,0 +1,108 @@
+//! Files that appear complete or not at all: written without a name, or under another, then renamed.
+
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::os::fd::AsFd;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rustix::fs::{AtFlags, Mode, OFlags, openat, renameat, unlinkat};
+use rustix::io::Errno;
+
+use crate::output::{Fill, Problem};
+
+/// Writes a file in `directory`, in place of one that may be there.
+///
+/// # Errors
+/// When it cannot be done; nothing is left behind then.
+pub(super) fn replace(
+    directory: &impl AsFd,
+    name: impl AsRef<OsStr>,
+    fill: Fill<'_>,
+) -> Result<(), Problem> {
+    let (temporary, file) = match nameless(directory) {
+        Some(file) => (None, file),
+        None => {
+            let (temporary, file) = TemporaryName::take(directory, |name| {
+                let flags = OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::CLOEXEC;
+                openat(directory, name, flags, FILE_MODE)
+            })?;
+            (Some(temporary), File::from(file))
+        }
+    };
+    let mut writer = BufWriter::with_capacity(1 << 16, file);
+    fill(&mut writer).and_then(|()| writer.flush())?;
+    let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
+    // After a power failure the name must not stand for a file without its contents.
+    file.sync_data()?;
+    let temporary = match temporary {
+        Some(temporary) => temporary,
+        None => TemporaryName::take(directory, |name| give_name(&file, directory, name))?.0,
+    };
+    renameat(directory, &temporary.name, directory, name.as_ref())?;
+    Ok(())
+}
+
+const FILE_MODE: Mode = Mode::from_raw_mode(0o666);
+
+/// A file in `directory` without a name, which is gone if the process dies; where there are such.
+#[cfg(target_os = "linux")]
+fn nameless(directory: &impl AsFd) -> Option<File> {
+    let flags = OFlags::WRONLY | OFlags::TMPFILE | OFlags::CLOEXEC;
+    let file = File::from(openat(directory, ".", flags, FILE_MODE).ok()?);
+    std::path::Path::new(&descriptor_path(&file)).exists().then_some(file)
+}
+
+#[cfg(target_os = "linux")]
+fn give_name(file: &File, directory: &impl AsFd, name: &str) -> Result<(), Errno> {
+    use rustix::fs::{CWD, linkat};
+    linkat(CWD, descriptor_path(file), directory, name, AtFlags::SYMLINK_FOLLOW)
+}
+
+#[cfg(target_os = "linux")]
+fn descriptor_path(file: &File) -> String {
+    use std::os::fd::AsRawFd;
+    format!("/proc/self/fd/{}", file.as_raw_fd())
+}
+
+#[cfg(not(target_os = "linux"))]
+fn nameless(_: &impl AsFd) -> Option<File> {
+    None
+}
+
+#[cfg(not(target_os = "linux"))]
+fn give_name(_: &File, _: &impl AsFd, _: &str) -> Result<(), Errno> {
+    Err(Errno::NOSYS)
+}
+
+/// A name that stands for a file until the file gets its own; what still has it then, goes.
+struct TemporaryName<'d, D: AsFd> {
+    directory: &'d D,
+    name: String,
+}
+
+impl<'d, D: AsFd> TemporaryName<'d, D> {
+    /// Finds a name that is free; `claim` fails if it is not.
+    fn take<T>(
+        directory: &'d D,
+        claim: impl Fn(&str) -> Result<T, Errno>,
+    ) -> Result<(Self, T), Errno> {
+        static COUNTER: AtomicU32 = AtomicU32::new(0);
+        loop {
+            let number = COUNTER.fetch_add(1, Ordering::Relaxed);
+            let name = format!(".gmlvm-{}-{number}.tmp", std::process::id());
+            match claim(&name) {
+                Ok(claimed) => return Ok((TemporaryName { directory, name }, claimed)),
+                // Left by a process that was killed and whose number came round again.
+                Err(Errno::EXIST) => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+}
+
+impl<D: AsFd> Drop for TemporaryName<'_, D> {
+    fn drop(&mut self) {
+        let _ = unlinkat(self.directory, &self.name, AtFlags::empty());
+    }
+}

@@ -1,0 +1,144 @@
+//! Writing files: where a name may lead, and that a file appears complete or not at all.
+//!
+//! Names from scenes are not trusted. They are taken apart by [`name`], and followed below the
+//! output directory by [`place`], one component at a time, each opened relative to the handle of
+//! the one before and never through a link. Names from the command line are the user's own.
+
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::console;
+use crate::failure::Failure;
+
+mod atomic;
+mod name;
+mod place;
+
+/// Why a file is not written.
+#[derive(Debug)]
+pub(crate) enum Problem {
+    /// The name is not allowed; says why, as in "the name *is absolute*".
+    Refused(String),
+    /// It cannot be done; says why.
+    Failed(String),
+}
+
+impl From<io::Error> for Problem {
+    fn from(error: io::Error) -> Self {
+        Problem::Failed(console::reason(&error))
+    }
+}
+
+impl From<rustix::io::Errno> for Problem {
+    fn from(error: rustix::io::Errno) -> Self {
+        io::Error::from(error).into()
+    }
+}
+
+/// Fills a file that is being written.
+type Fill<'f> = &'f mut dyn FnMut(&mut dyn Write) -> io::Result<()>;
+
+/// A file to be written, whose name has been found good.
+#[derive(Debug)]
+pub(crate) enum Target {
+    /// Named by a scene: components below a directory.
+    Below { root: PathBuf, components: Vec<String> },
+    /// Named by the user.
+    Path(PathBuf),
+}
+
+impl Target {
+    /// The file that a scene calls `name`, below `root`.
+    ///
+    /// # Errors
+    /// When the name is not allowed, or something that is no file is in its place already.
+    pub(crate) fn below(root: &Path, name: &str) -> Result<Target, Problem> {
+        let components: Vec<_> =
+            name::components(name).map_err(Problem::Refused)?.map(str::to_owned).collect();
+        place::inspect(root, &components)?;
+        Ok(Target::Below { root: root.to_owned(), components })
+    }
+
+    /// The file that the user calls `path`.
+    pub(crate) fn path(path: PathBuf) -> Target {
+        Target::Path(path)
+    }
+
+    /// The path, for showing.
+    pub(crate) fn shown(&self) -> PathBuf {
+        match self {
+            Target::Path(path) => path.clone(),
+            Target::Below { root, components } if root == Path::new(".") => {
+                components.iter().collect()
+            }
+            Target::Below { root, components } => {
+                std::iter::once(root.as_path()).chain(components.iter().map(Path::new)).collect()
+            }
+        }
+    }
+
+    /// Writes the file, with the directories above it as far as they are missing.
+    ///
+    /// # Errors
+    /// When it cannot be done; what was in its place before is untouched then.
+    pub(crate) fn write(&self, fill: Fill<'_>) -> Result<(), Problem> {
+        match self {
+            Target::Below { root, components } => {
+                let place = place::open(root, components)?;
+                let written = place
+                    .check()
+                    .and_then(|()| atomic::replace(&place.directory, &place.name, fill));
+                if written.is_err() {
+                    place.remove_new_directories();
+                }
+                written
+            }
+            Target::Path(path) => write_trusted(path, fill),
+        }
+    }
+
+    /// As [`Target::write`], for files that no scene has asked for.
+    ///
+    /// # Errors
+    /// When it cannot be done.
+    pub(crate) fn write_plain(&self, fill: Fill<'_>) -> Result<(), Failure> {
+        self.write(fill).map_err(|problem| {
+            let (Problem::Refused(reason) | Problem::Failed(reason)) = problem;
+            let shown = self.shown();
+            Failure::Output(format!("could not write `{}`: {reason}", shown.display()))
+        })
+    }
+}
+
+/// A name without directory and extension, if it is one that could stand in a path.
+///
+/// # Errors
+/// Says what is wrong with it.
+pub(crate) fn stem(name: &str) -> Result<&str, String> {
+    let last = name::components(name)?.next_back().unwrap_or_default();
+    Ok(last.rsplit_once('.').map_or(last, |(stem, _)| stem))
+}
+
+fn write_trusted(path: &Path, fill: Fill<'_>) -> Result<(), Problem> {
+    // The user may well have named a link, which is then followed, or a device.
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if let Ok(metadata) = fs::metadata(&path) {
+        if metadata.is_dir() {
+            return Err(Problem::Failed(place::DIRECTORY_IN_PLACE.to_owned()));
+        }
+        if !metadata.is_file() {
+            let mut device = io::BufWriter::new(OpenOptions::new().write(true).open(&path)?);
+            return Ok(fill(&mut device).and_then(|()| device.flush())?);
+        }
+    }
+    let Some(name) = path.file_name() else {
+        return Err(Problem::Failed("the name ends in no file name".to_owned()));
+    };
+    let directory = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    fs::create_dir_all(directory)?;
+    atomic::replace(&File::open(directory)?, name, fill)
+}

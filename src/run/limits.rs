@@ -1,0 +1,62 @@
+//! How large images and scenes may be.
+
+use compiler::diagnostic::{Code, Diagnostic};
+use renderer::scene::Scene;
+use vm::host::RenderJob;
+use vm::machine::Limits;
+
+use crate::args::LimitArgs;
+use crate::clean::grouped;
+
+impl LimitArgs {
+    /// The limits of the machine.
+    pub(crate) fn machine(self) -> Limits {
+        let LimitArgs { fuel, max_depth, max_memory, .. } = self;
+        Limits { fuel, max_depth, max_memory }
+    }
+
+    /// Fails if the job, the `number`th of the run, is beyond a limit at this size.
+    ///
+    /// # Errors
+    /// Says which limit.
+    pub(crate) fn check(
+        self,
+        job: &RenderJob<'_>,
+        number: u64,
+        width: u32,
+        height: u32,
+    ) -> Result<(), Box<Diagnostic>> {
+        let n_pixels = u64::from(width) * u64::from(height);
+        let bytes_per_shape = Scene::<f64>::BYTES_PER_SHAPE;
+        let (message, option) = if number > self.max_images {
+            (
+                format!("the limit of {} images is reached", grouped(self.max_images)),
+                "--max-images N",
+            )
+        } else if n_pixels > self.max_pixels {
+            let (shown, limit) = (grouped(n_pixels), grouped(self.max_pixels));
+            let message =
+                format!("the image has {width} x {height} = {shown} pixels; the limit is {limit}");
+            (message, "--max-pixels N")
+        } else if job.object.n_shapes().saturating_mul(bytes_per_shape) > self.max_memory {
+            let room = grouped(self.max_memory / bytes_per_shape);
+            let n_shapes = shape_count(job.object.n_shapes());
+            let message = format!("the scene has {n_shapes}; the memory limit allows for {room}");
+            (message, "--max-memory SIZE")
+        } else {
+            return Ok(());
+        };
+        Err(Box::new(
+            Diagnostic::new(Code::SizeLimit, job.origin.span, message)
+                .help(format!("raise the limit with `{option}`")),
+        ))
+    }
+}
+
+/// Number of shapes in words; those that stand in a scene repeatedly count each time.
+fn shape_count(n_shapes: u64) -> String {
+    match n_shapes {
+        u64::MAX => "more solids than can be counted".to_owned(),
+        n => format!("{} solids", grouped(n)),
+    }
+}

@@ -1,0 +1,223 @@
+//! What `render` does: the host of a running program that traces its images and writes them.
+
+use std::io::{self, IsTerminal};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use compiler::diagnostic::{Code, Diagnostic};
+use compiler::source::Span;
+use vm::host::{Host, RenderJob};
+
+use crate::args::{ImageFormat, RunArgs};
+use crate::clean::clean;
+use crate::console;
+use crate::failure::Failure;
+use crate::formats::{self, Picture};
+use crate::output::Problem;
+use crate::report::Reporter;
+use crate::run::naming::{Destination, Naming};
+use crate::run::plan::Plan;
+use crate::run::stats::{ImageStats, Stats, seconds};
+use crate::trace::{self, TraceFailure, Traced};
+use crate::values::Size;
+
+pub(crate) mod plan;
+pub(crate) mod stats;
+
+mod limits;
+mod naming;
+mod progress;
+
+/// The host of `gmlvm run`.
+pub(crate) struct Renders<'a> {
+    args: &'a RunArgs,
+    reporter: &'a Reporter,
+    naming: Naming,
+    n_images: u64,
+    /// What the images took.
+    pub(crate) stats: Stats,
+    /// Time spent on images.
+    pub(crate) busy: Duration,
+    /// Why the run ended, where no diagnostic can tell.
+    pub(crate) stopped_by: Option<Failure>,
+}
+
+impl<'a> Renders<'a> {
+    /// A host as the command line asks for.
+    ///
+    /// # Errors
+    /// When the options contradict one another, or image bytes would go to a terminal.
+    pub(crate) fn new(args: &'a RunArgs, reporter: &'a Reporter) -> Result<Self, Failure> {
+        let naming = Naming::new(args)?;
+        if matches!(naming, Naming::Stdout) {
+            let usage = |message: &str| Err(Failure::Usage(message.to_owned()));
+            if args.stats.as_deref() == Some(Path::new("-")) {
+                return usage("the image and the statistics cannot both go to the standard output");
+            }
+            if io::stdout().is_terminal() {
+                return usage("will not write image bytes to a terminal; redirect the output");
+            }
+        }
+        Ok(Renders {
+            args,
+            reporter,
+            naming,
+            n_images: 0,
+            stats: Stats::default(),
+            busy: Duration::ZERO,
+            stopped_by: None,
+        })
+    }
+
+    fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        let start = Instant::now();
+        let Size { width, height } = plan::size(job, self.args);
+        self.args.limits.check(job, self.n_images, width, height)?;
+        let plan = Plan::new(job, self.args).map_err(|failure| self.stop(failure))?;
+        let destination = self.destination(job)?;
+        let shown = match &destination.file {
+            Some(target) => clean(&target.shown().to_string_lossy()).into_owned(),
+            None => "-".to_owned(),
+        };
+        let traced = self.trace(job, &plan, destination.format, &shown)?;
+        let write_start = Instant::now();
+        self.write(&destination, &traced.picture, job, &shown)?;
+        let write_time = write_start.elapsed();
+        let time = start.elapsed().as_secs_f64();
+        self.reporter.note(&format!("{shown}  {width}x{height}  {time:.2} s"));
+        let file = destination.file.is_some().then_some(shown);
+        self.stats.add(image_stats(file, job, &plan, &traced, write_time));
+        Ok(())
+    }
+
+    fn destination(&mut self, job: &RenderJob<'_>) -> Result<Destination, Box<Diagnostic>> {
+        let destination = self
+            .naming
+            .destination(&job.name, self.n_images, self.args.format)
+            .map_err(|problem| {
+                let path = self.args.out_dir.join(&*job.name);
+                unwritable(problem, job, &path.to_string_lossy(), &self.args.out_dir)
+            })?;
+        if destination.file.is_none() && self.n_images > 1 {
+            let message = "the scene renders more than one image, and the standard output has room \
+                           for one; use `--output NAME` with {n} in the name";
+            return Err(self.stop(Failure::Usage(message.to_owned())));
+        }
+        Ok(destination)
+    }
+
+    fn trace(
+        &self,
+        job: &RenderJob<'_>,
+        plan: &Plan,
+        format: ImageFormat,
+        shown: &str,
+    ) -> Result<Traced, Box<Diagnostic>> {
+        let bar = progress::bar(shown, plan.n_pixels(), self.reporter.quiet);
+        let limits = self.args.limits.machine();
+        let is_linear = format == ImageFormat::Pfm;
+        let traced = trace::trace_job(job, plan, is_linear, limits, &|n| bar.inc(n));
+        bar.finish_and_clear();
+        traced.map_err(|failure| surface_error(failure, job, &self.args.scene))
+    }
+
+    fn write(
+        &mut self,
+        destination: &Destination,
+        picture: &Picture,
+        job: &RenderJob<'_>,
+        shown: &str,
+    ) -> Result<(), Box<Diagnostic>> {
+        let format = destination.format;
+        match &destination.file {
+            None => console::data(|out| formats::write(format, picture, out))
+                .map_err(|failure| self.stop(failure)),
+            Some(target) => target
+                .write(&mut |out| formats::write(format, picture, out))
+                .map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir)),
+        }
+    }
+
+    /// Ends the program for a reason that is none of its own; what is returned is never shown.
+    fn stop(&mut self, failure: Failure) -> Box<Diagnostic> {
+        self.stopped_by = Some(failure);
+        Box::new(Diagnostic::new(Code::CannotWrite, Span::NONE, "stopped"))
+    }
+}
+
+impl Host for Renders<'_> {
+    fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        let start = Instant::now();
+        job.depth = self.args.depth.unwrap_or(job.depth);
+        self.n_images += 1;
+        let outcome = self.image(&job);
+        self.busy += start.elapsed();
+        outcome
+    }
+}
+
+/// The error that says why the job's image, shown under this name, is not written.
+pub(crate) fn unwritable(
+    problem: Problem,
+    job: &RenderJob<'_>,
+    shown: &str,
+    out_dir: &Path,
+) -> Box<Diagnostic> {
+    let span = job.origin.span;
+    let diagnostic = match problem {
+        Problem::Refused(reason) => {
+            let message = format!("the file name `{}` {reason}", clean(&job.name));
+            let rule = format!(
+                "images are written only below `{}` (--out-dir), and not through links; a scene \
+                 cannot change this",
+                clean(&out_dir.to_string_lossy())
+            );
+            Diagnostic::new(Code::RefusedPath, span, message)
+                .note(rule)
+                .help("to choose the name yourself: `--output '{n}.ppm'`")
+        }
+        Problem::Failed(reason) => {
+            let message = format!("could not write `{}`: {reason}", clean(shown));
+            Diagnostic::new(Code::CannotWrite, span, message)
+                .note("nothing half-written is left behind")
+        }
+    };
+    Box::new(diagnostic)
+}
+
+fn surface_error(failure: TraceFailure, job: &RenderJob<'_>, scene: &Path) -> Box<Diagnostic> {
+    let (x, y) = (failure.x, failure.y);
+    let mut diagnostic = failure.error.into_diagnostic();
+    if diagnostic.primary.span != job.origin.span {
+        diagnostic = diagnostic.also(job.origin.span, "while this image was rendered");
+    }
+    let scene = scene.to_string_lossy();
+    Box::new(diagnostic.note(format!(
+        "first met at pixel ({x}, {y}); see it alone with\n  gmlvm run {} --region {x},{y},1,1",
+        clean(&scene)
+    )))
+}
+
+fn image_stats(
+    file: Option<String>,
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    traced: &Traced,
+    write_time: Duration,
+) -> ImageStats {
+    ImageStats {
+        file,
+        width: plan.view.width,
+        height: plan.view.height,
+        dialect: plan.dialect(),
+        max_bounces: plan.illumination.max_bounces,
+        shapes: traced.n_shapes,
+        surfaces: traced.n_surfaces,
+        lights: job.lights.len(),
+        pixels: plan.n_pixels(),
+        rays: traced.rays.into(),
+        build: seconds(traced.build_time),
+        trace: seconds(traced.trace_time),
+        write: seconds(write_time),
+    }
+}
