@@ -53,5 +53,5 @@ pub fn compile(
     let tree = parse(sources, root, includes)?;
     let file = sources.file(root);
     let span = file.span(0, file.text.len());
-    emit::emit(&tree, bindings, span).map_err(|diagnostic| vec![diagnostic])
+    emit::emit(&tree, bindings, span).map_err(|diagnostic| vec![*diagnostic])
 }

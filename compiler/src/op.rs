@@ -89,9 +89,9 @@ macro_rules! for_each_scalar {
                 ClampF "clampf" clamp_f(Real) -> Real;
                 /// The square root. A negative operand is an error.
                 Sqrt "sqrt" sqrt(Real) -> Real;
-                /// The sine of an angle in degrees, exact at multiples of 30.
+                /// The sine of an angle in degrees, exact where it is 0, ±0.5 or ±1.
                 Sin "sin" sin(Real) -> Real;
-                /// The cosine of an angle in degrees, exact at multiples of 30.
+                /// The cosine of an angle in degrees, exact where it is 0, ±0.5 or ±1.
                 Cos "cos" cos(Real) -> Real;
                 /// The angle in degrees, from -90 to 90, that has this sine. NaN outside -1 to 1.
                 Asin "asin" asin(Real) -> Real;

@@ -43,7 +43,7 @@ functions! {
     fn neg_f(a: f64) -> f64 = Ok(-a);
     fn frac(a: f64) -> f64 = Ok((a - a.trunc()).copysign(a));
     fn real(a: i64) -> f64 = Ok(a as f64);
-    fn clamp_f(a: f64) -> f64 = Ok(if a < 0.0 { 0.0 } else if a > 1.0 { 1.0 } else { a });
+    fn clamp_f(a: f64) -> f64 = Ok(a.clamp(0.0, 1.0));
     fn sqrt(a: f64) -> f64 = if a < 0.0 { Err(Fault::NegativeRoot) } else { Ok(a.sqrt()) };
     fn sin(a: f64) -> f64 = Ok(crate::degrees::sin(a));
     fn cos(a: f64) -> f64 = Ok(crate::degrees::cos(a));

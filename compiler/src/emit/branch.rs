@@ -58,7 +58,7 @@ impl Emitter {
         let yes = here.pop(Some(Operator::If), span);
         let condition = here.pop(Some(Operator::If), span);
         let entries = [condition, yes, no];
-        let registers = [0, 1, 2].map(|i| here.to_register(&entries[i]));
+        let registers = [0, 1, 2].map(|i| here.in_register(&entries[i]));
         for register in registers {
             here.registers.release(register);
         }
@@ -89,7 +89,7 @@ fn jump_unless(here: &mut FunctionBuilder, condition: &Entry, span: Span) -> usi
             return here.code.insns.len() - 1;
         }
     }
-    let register = here.to_register(condition);
+    let register = here.in_register(condition);
     here.registers.release(register);
     let origin = Origin { span, operands: [condition.span, Span::NONE, Span::NONE] };
     here.emit(Opcode::JumpUnless, [register, 0, 0], 0, origin);

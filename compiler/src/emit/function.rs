@@ -188,7 +188,7 @@ impl FunctionBuilder {
     }
 
     /// Brings a value into a register and hands over one reference to it.
-    pub(super) fn to_register(&mut self, entry: &Entry) -> u8 {
+    pub(super) fn in_register(&mut self, entry: &Entry) -> u8 {
         if let Operand::Register(register) = entry.operand {
             return register;
         }
@@ -273,7 +273,7 @@ impl FunctionBuilder {
             self.emit(Opcode::PushConstant, [0; 3], index, origin);
             return;
         }
-        let register = self.to_register(entry);
+        let register = self.in_register(entry);
         self.registers.release(register);
         match self.code.last_mut() {
             Some((insn @ Insn { op: Opcode::Push, .. }, _)) => {
@@ -338,7 +338,7 @@ impl FunctionBuilder {
             Operand::Register(register) => self.registers.retain(register),
             // Later uses in this scope find the value in its register.
             Operand::Capture(_) if !self.registers.is_crowded() => {
-                let register = self.to_register(&entry);
+                let register = self.in_register(&entry);
                 self.bind(name, Entry { operand: Operand::Register(register), span });
                 self.registers.retain(register);
                 return self.push_register(register, span);

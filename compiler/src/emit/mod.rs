@@ -38,7 +38,7 @@ pub fn emit(
     program: &Body,
     bindings: &[(Arc<str>, Constant)],
     span: Span,
-) -> Result<Program, Diagnostic> {
+) -> Result<Program, Box<Diagnostic>> {
     let mut emitter = Emitter { functions: Vec::new(), builders: Vec::new() };
     emitter.builders.push(FunctionBuilder::new(None, span));
     for (name, constant) in bindings {
@@ -52,7 +52,8 @@ pub fn emit(
                 > MAX_TABLE
         });
     if too_large {
-        return Err(Diagnostic::new(Code::ProgramTooLarge, Span::NONE, "the program is too large"));
+        let message = "the program is too large";
+        return Err(Box::new(Diagnostic::new(Code::ProgramTooLarge, Span::NONE, message)));
     }
     Ok(Program { functions: emitter.functions })
 }
@@ -299,7 +300,7 @@ impl Emitter {
         };
         let mut registers = [0; 3];
         for (register, operand) in registers.iter_mut().zip(&operands) {
-            *register = here.to_register(operand);
+            *register = here.in_register(operand);
         }
         for &register in &registers[..operands.len()] {
             here.registers.release(register);
@@ -319,7 +320,7 @@ impl Emitter {
     fn apply(&mut self, span: Span, tail: bool) -> Flow {
         let here = self.here();
         let closure = here.pop(Some(Operator::Apply), span);
-        let register = here.to_register(&closure);
+        let register = here.in_register(&closure);
         here.registers.release(register);
         let origin = Origin { span, operands: [closure.span, Span::NONE, Span::NONE] };
         self.call(register, origin, tail)
