@@ -31,6 +31,8 @@ true { 2 } 1 if %! error E0201 at 14
 { 1 } { 2 } if %! error E0101 at 13
 /x %! error E0101 at 1
 { /x } apply %! error E0101 at 3
+{ /a /b } /f 1 f apply %! error E0101 at 6
+{ /a /b /c } /f 1 2 f apply %! error E0101 at 9
 { /a /b a b subi } /rsub 1 10 rsub apply %! 9
 { /n { /m m n muli } } /mul 6 7 mul apply apply %! 42
 0 /zero { zero } /get-zero 1 /zero get-zero apply %! 0

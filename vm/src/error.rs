@@ -11,8 +11,9 @@ use renderer::object::TransformError;
 /// What is wrong.
 #[derive(Clone, Debug)]
 pub enum Problem {
-    /// An operator (or a binder, if none) found the stack empty.
-    Underflow(Option<Operator>),
+    /// An operator (or a binder, if none) found the stack empty, after its instruction had taken so
+    /// many values.
+    Underflow(Option<Operator>, usize),
     /// No such name.
     Unbound(Arc<str>),
     /// An operator got these types.
@@ -63,7 +64,7 @@ impl Error {
                 }
                 *diagnostic
             }
-            Problem::Underflow(wanted_by) => underflow(origin, wanted_by),
+            Problem::Underflow(wanted_by, _) => underflow(origin, wanted_by),
             Problem::Unbound(name) => new(Code::Unbound, format!("`{name}` is not bound"))
                 .label("not bound in this function or around it"),
             Problem::Mismatch(op, found) => mismatch(origin, op, &found),
@@ -202,7 +203,7 @@ fn grouped(number: u64) -> String {
     let digits = number.to_string();
     let mut text = String::new();
     for (idx, digit) in digits.chars().enumerate() {
-        if idx > 0 && (digits.len() - idx) % 3 == 0 {
+        if idx > 0 && (digits.len() - idx).is_multiple_of(3) {
             text.push(' ');
         }
         text.push(digit);

@@ -4,22 +4,20 @@
 //! results; what they compute stands in `compiler::scalar`. A frame is a window of 256 registers,
 //! so that a register number needs no bounds check.
 
-use std::sync::Arc;
-
-use compiler::bytecode::{CaptureSource, Opcode};
-use compiler::op::Operator;
-use compiler::scalar;
+use compiler::bytecode::{CaptureSource, Function, Opcode};
+use compiler::op::{Operator, Type};
+use compiler::scalar::{self, Operands};
 use compiler::{for_each_scalar, scalar_operand, scalar_result};
 
 use crate::display;
 use crate::error::Problem;
 use crate::host::Host;
 use crate::machine::{Frame, Machine, WINDOW};
-use crate::memory;
 use crate::ops;
-use crate::value::{Array, Closure, Value};
+use crate::value::Value;
+use crate::word::{Tag, Word};
 
-fn window(registers: &mut [Value], base: usize) -> &mut [Value; WINDOW] {
+fn window(registers: &mut [Word], base: usize) -> &mut [Word; WINDOW] {
     registers[base..].first_chunk_mut().expect("entering a function makes room for a window")
 }
 
@@ -95,40 +93,38 @@ macro_rules! compare {
 
 #[cold]
 #[inline(never)]
-fn mismatch(op: Operator, operands: &[&Value]) -> Problem {
+fn mismatch(op: Operator, operands: &[&Word]) -> Problem {
     Problem::Mismatch(op, operands.iter().map(|operand| operand.type_of()).collect())
 }
 
 #[cold]
 #[inline(never)]
-fn faulted(op: Operator, fault: scalar::Fault, operands: &[&Value]) -> Problem {
-    Problem::Fault(op, fault, operands.iter().map(|operand| display::to_text(operand)).collect())
+fn faulted(op: Operator, fault: scalar::Fault, operands: &[&Word]) -> Problem {
+    let scalars = operands.iter().filter_map(|operand| operand.to_scalar());
+    Problem::Fault(op, fault, scalars.map(|scalar| display::to_text(&scalar)).collect())
 }
 
 impl Machine<'_> {
-    /// Runs a closure until it returns. When something goes wrong, `frames` and `stopped_at` tell
-    /// where.
-    pub(crate) fn execute(
-        &mut self,
-        entry: Arc<Closure>,
-        mut host: Option<&mut dyn Host>,
-    ) -> Result<(), Box<Problem>> {
+    /// Runs `self.closure` until it returns. When something goes wrong, it is the closure that was
+    /// running then, and `frames` and `stopped_at` tell the rest.
+    pub(crate) fn execute(&mut self, mut host: Option<&mut dyn Host>) -> Result<(), Box<Problem>> {
         let program = self.program;
         let functions = &program.bytecode.functions[..];
-        let bottom = self.frames.len();
-        let mut closure = entry;
-        let mut function = &functions[closure.function as usize];
-        let mut constants = &program.constants[closure.function as usize][..];
         let mut base = 0;
         let mut pc = 0;
-        self.stopped_at = (closure.function, 0);
-        self.enter(closure.function, base)?;
+        self.stopped_at = 0;
+        self.make_room(0)?;
+        let mut index = self.heap.function(self.closure) as usize;
+        self.enter(index, base)?;
+        let mut function = &functions[index];
+        let mut code = &function.code[..];
+        let mut constants = &program.constants[index][..];
         let mut frame = window(&mut self.registers, base);
 
         macro_rules! trap {
             ($problem:expr) => {{
                 let problem = Box::new($problem);
-                self.stopped_at = (closure.function, pc - 1);
+                self.stopped_at = pc - 1;
                 return Err(problem);
             }};
         }
@@ -137,171 +133,176 @@ impl Machine<'_> {
                 match $result {
                     Ok(value) => value,
                     Err(problem) => {
-                        self.stopped_at = (closure.function, pc - 1);
+                        self.stopped_at = pc - 1;
                         return Err(problem);
                     }
                 }
             };
         }
-        // Continues in `closure` at `pc`, with the frame at `base`.
+        // Continues in function `index` at `pc`, with the frame at `base`.
         macro_rules! resume {
             () => {
-                function = &functions[closure.function as usize];
-                constants = &program.constants[closure.function as usize];
+                function = &functions[index];
+                code = &function.code;
+                constants = &program.constants[index];
                 frame = window(&mut self.registers, base);
             };
         }
+        // The closure in a register, after room has been made for its call.
+        macro_rules! callee {
+            ($register:expr) => {{
+                let register = $register as usize;
+                if frame[register].tag != Tag::Closure {
+                    trap!(mismatch(Operator::Apply, &[&frame[register]]))
+                }
+                check!(self.make_room(base + n_used(function)));
+                self.registers[base + register].address()
+            }};
+        }
 
         loop {
-            let insn = function.code[pc];
+            let insn = code[pc];
             pc += 1;
             for_each_scalar!(dispatch, [insn frame constants pc trap {
-                Opcode::Load => frame[insn.a as usize].set_copy(&constants[insn.imm as usize]),
-                Opcode::Capture => frame[insn.a as usize].set_copy(&closure.captures()[insn.imm as usize]),
+                Opcode::Load => frame[insn.a as usize].set(constants[insn.imm as usize]),
+                Opcode::Capture => {
+                    frame[insn.a as usize].set(self.heap.capture(self.closure, insn.imm));
+                }
                 Opcode::Move => {
-                    let value = frame[insn.b as usize].clone();
-                    frame[insn.a as usize] = value;
+                    let word = frame[insn.b as usize];
+                    frame[insn.a as usize].set(word);
                 }
                 Opcode::Spill => {
-                    let value = frame[insn.a as usize].clone();
-                    self.registers[base + function.n_registers as usize + insn.imm as usize] = value;
+                    let word = frame[insn.a as usize];
+                    self.registers[slot(function, base, insn.imm)] = word;
                     frame = window(&mut self.registers, base);
                 }
                 Opcode::Unspill => {
-                    let slot = base + function.n_registers as usize + insn.imm as usize;
-                    let value = self.registers[slot].clone();
+                    let word = self.registers[slot(function, base, insn.imm)];
                     frame = window(&mut self.registers, base);
-                    frame[insn.a as usize] = value;
+                    frame[insn.a as usize] = word;
                 }
-                Opcode::Push => self.stack.push_copy(&frame[insn.a as usize]),
+                Opcode::Push => self.stack.push(frame[insn.a as usize]),
                 Opcode::Push2 => {
-                    self.stack.push_copy(&frame[insn.a as usize]);
-                    self.stack.push_copy(&frame[insn.b as usize]);
+                    self.stack.push(frame[insn.a as usize]);
+                    self.stack.push(frame[insn.b as usize]);
                 }
                 Opcode::Push3 => {
-                    self.stack.push_copy(&frame[insn.a as usize]);
-                    self.stack.push_copy(&frame[insn.b as usize]);
-                    self.stack.push_copy(&frame[insn.c as usize]);
+                    self.stack.push(frame[insn.a as usize]);
+                    self.stack.push(frame[insn.b as usize]);
+                    self.stack.push(frame[insn.c as usize]);
                 }
-                Opcode::PushConstant => self.stack.push_copy(&constants[insn.imm as usize]),
+                Opcode::PushConstant => self.stack.push(constants[insn.imm as usize]),
                 Opcode::Pop => {
                     for offset in 0..insn.b {
                         if self.stack.len() <= self.floor {
                             let wanted_by = Operator::ALL.get((insn.c as usize).wrapping_sub(1));
-                            trap!(Problem::Underflow(wanted_by.copied()))
+                            trap!(Problem::Underflow(wanted_by.copied(), offset as usize))
                         }
                         self.stack.pop_to(&mut frame[insn.a.wrapping_add(offset) as usize]);
                     }
                 }
                 Opcode::MakeClosure => {
                     let sources = &functions[insn.imm as usize].captures;
-                    self.allocated += memory::bytes_for(sources.len());
-                    let mut captures = Vec::with_capacity(sources.len());
-                    for source in sources {
-                        captures.push(match *source {
-                            CaptureSource::Register(register) => frame[register as usize].clone(),
-                            CaptureSource::Capture(index) => closure.captures()[index as usize].clone(),
-                            CaptureSource::Slot(slot) => {
-                                let value = self.registers[base + function.n_registers as usize + slot as usize].clone();
+                    let made = self.heap.closure(insn.imm, sources.len());
+                    for (idx, source) in sources.iter().enumerate() {
+                        let word = match *source {
+                            CaptureSource::Register(register) => frame[register as usize],
+                            CaptureSource::Capture(index) => self.heap.capture(self.closure, index),
+                            CaptureSource::Slot(index) => {
+                                let word = self.registers[slot(function, base, index)];
                                 frame = window(&mut self.registers, base);
-                                value
+                                word
                             }
-                        });
+                        };
+                        self.heap.items_mut(made.address())[idx].set(word);
                     }
-                    frame[insn.a as usize] = Value::Closure(Arc::new(Closure::new(insn.imm, captures)));
+                    frame[insn.a as usize].set(made);
                 }
                 Opcode::BeginArray => {
                     self.floors.push(self.floor);
                     self.floor = self.stack.len();
                 }
                 Opcode::EndArray => {
-                    let items = self.stack.split_off(self.floor);
+                    let array = self.collect_array(self.floor);
                     self.floor = self.floors.pop().unwrap_or(0);
-                    self.allocated += memory::bytes_for(items.len());
-                    frame[insn.a as usize] = Value::Array(Arc::new(Array::new(items)));
-                    if self.allocated > self.limits.max_memory {
-                        check!(self.recount());
-                        frame = window(&mut self.registers, base);
-                    }
+                    frame = window(&mut self.registers, base);
+                    frame[insn.a as usize].set(array);
+                    check!(self.make_room(base + n_used(function)));
+                    frame = window(&mut self.registers, base);
                 }
                 Opcode::MakeArray => {
-                    let items = self.stack.split_off(self.stack.len() - insn.imm as usize);
-                    self.allocated += memory::bytes_for(items.len());
-                    frame[insn.a as usize] = Value::Array(Arc::new(Array::new(items)));
+                    let array = self.collect_array(self.stack.len() - insn.imm as usize);
+                    frame = window(&mut self.registers, base);
+                    frame[insn.a as usize].set(array);
                 }
                 Opcode::Get => {
                     let operands = [&frame[insn.b as usize], &frame[insn.c as usize]];
-                    let [Value::Array(array), Value::Int(index)] = operands else {
+                    let (Tag::Array, Some(index)) = (operands[0].tag, operands[1].as_int()) else {
                         trap!(mismatch(Operator::Get, &operands))
                     };
-                    let item = usize::try_from(*index).ok().and_then(|index| array.items().get(index));
-                    let Some(item) = item.cloned() else {
-                        trap!(Problem::Subscript(*index, array.items().len()))
+                    let array = operands[0].address();
+                    let Some(item) = self.heap.item(array, index) else {
+                        trap!(Problem::Subscript(index, self.heap.length(array)))
                     };
-                    frame[insn.a as usize] = item;
+                    frame[insn.a as usize].set(item);
                 }
                 Opcode::Length => {
-                    let Value::Array(array) = &frame[insn.b as usize] else {
-                        trap!(mismatch(Operator::Length, &[&frame[insn.b as usize]]))
-                    };
-                    frame[insn.a as usize] = Value::Int(array.items().len() as i64);
+                    let array = &frame[insn.b as usize];
+                    if array.tag != Tag::Array {
+                        trap!(mismatch(Operator::Length, &[array]))
+                    }
+                    let length = self.heap.length(array.address());
+                    frame[insn.a as usize].set(Word::from_int(length as i64));
                 }
                 Opcode::Apply => {
-                    let Value::Closure(callee) = &frame[insn.a as usize] else {
-                        trap!(mismatch(Operator::Apply, &[&frame[insn.a as usize]]))
-                    };
-                    let callee = callee.clone();
-                    if self.frames.len() - bottom >= self.limits.max_depth {
+                    let callee = callee!(insn.a);
+                    if self.frames.len() >= self.limits.max_depth {
                         trap!(Problem::DepthLimit(self.limits.max_depth))
                     }
-                    let n_used = (function.n_registers + function.n_slots) as usize;
-                    check!(self.enter(callee.function, base + n_used));
-                    let caller = std::mem::replace(&mut closure, callee);
-                    self.frames.push(Frame { closure: caller, pc, base });
-                    base += n_used;
-                    pc = 0;
+                    let callee_base = base + n_used(function);
+                    index = self.heap.function(callee) as usize;
+                    check!(self.enter(index, callee_base));
+                    self.frames.push(Frame { closure: self.closure, pc, base });
+                    (self.closure, base, pc) = (callee, callee_base, 0);
                     resume!();
                 }
                 Opcode::TailApply => {
-                    let Value::Closure(callee) = &frame[insn.a as usize] else {
-                        trap!(mismatch(Operator::Apply, &[&frame[insn.a as usize]]))
-                    };
-                    let callee = callee.clone();
-                    check!(self.enter(callee.function, base));
-                    closure = callee;
-                    pc = 0;
+                    let callee = callee!(insn.a);
+                    index = self.heap.function(callee) as usize;
+                    check!(self.enter(index, base));
+                    (self.closure, pc) = (callee, 0);
                     resume!();
                 }
                 Opcode::Return => {
-                    if self.frames.len() == bottom {
-                        self.stopped_at = (closure.function, pc - 1);
-                        return Ok(());
-                    }
                     let Some(caller) = self.frames.pop() else { return Ok(()) };
-                    closure = caller.closure;
-                    pc = caller.pc;
-                    base = caller.base;
+                    (self.closure, base, pc) = (caller.closure, caller.base, caller.pc);
+                    index = self.heap.function(self.closure) as usize;
                     resume!();
                 }
                 Opcode::Choose => {
                     let operands = [&frame[insn.a as usize], &frame[insn.b as usize], &frame[insn.c as usize]];
-                    let [Value::Bool(condition), Value::Closure(yes), Value::Closure(no)] = operands else {
+                    let (Some(condition), Tag::Closure, Tag::Closure) =
+                        (operands[0].as_bool(), operands[1].tag, operands[2].tag)
+                    else {
                         trap!(mismatch(Operator::If, &operands))
                     };
-                    let chosen = if *condition { yes } else { no };
-                    frame[insn.imm as u8 as usize] = Value::Closure(chosen.clone());
+                    let chosen = *operands[if condition { 1 } else { 2 }];
+                    frame[insn.imm as u8 as usize].set(chosen);
                 }
                 Opcode::Jump => pc += insn.imm as usize,
-                Opcode::JumpUnless => match &frame[insn.a as usize] {
-                    Value::Bool(true) => {}
-                    Value::Bool(false) => pc += insn.imm as usize,
-                    other => trap!(Problem::Mismatch(
+                Opcode::JumpUnless => match frame[insn.a as usize].as_bool() {
+                    Some(true) => {}
+                    Some(false) => pc += insn.imm as usize,
+                    None => trap!(Problem::Mismatch(
                         Operator::If,
-                        vec![other.type_of(), compiler::op::Type::Closure, compiler::op::Type::Closure],
+                        vec![frame[insn.a as usize].type_of(), Type::Closure, Type::Closure],
                     )),
                 },
                 Opcode::Unbound => {
-                    let Value::Str(name) = &constants[insn.imm as usize] else { trap!(Problem::Unbound(Arc::from(""))) };
+                    let Value::Str(name) = self.heap.foreign(constants[insn.imm as usize]) else {
+                        unreachable!("the compiler gives a name")
+                    };
                     trap!(Problem::Unbound(name.clone()))
                 }
                 Opcode::Operate => {
@@ -309,8 +310,8 @@ impl Machine<'_> {
                     let origin = function.origins[pc - 1];
                     let result = check!(ops::operate(op, self, origin, &mut host));
                     frame = window(&mut self.registers, base);
-                    if let Some(value) = result {
-                        frame[insn.a as usize] = value;
+                    if let Some(word) = result {
+                        frame[insn.a as usize].set(word);
                     }
                 }
             }])
@@ -318,9 +319,9 @@ impl Machine<'_> {
     }
 
     /// Pays for a call and makes room for its frame.
-    #[inline]
-    fn enter(&mut self, callee: u32, base: usize) -> Result<(), Box<Problem>> {
-        let function = &self.program.bytecode.functions[callee as usize];
+    #[inline(always)]
+    fn enter(&mut self, callee: usize, base: usize) -> Result<(), Box<Problem>> {
+        let function = &self.program.bytecode.functions[callee];
         let cost = function.code.len() as u64;
         if self.fuel < cost {
             return Err(Box::new(Problem::FuelLimit(self.limits.fuel)));
@@ -328,12 +329,33 @@ impl Machine<'_> {
         self.fuel -= cost;
         let needed = base + WINDOW + function.n_slots as usize;
         if self.registers.len() < needed {
-            self.registers.resize(needed.next_multiple_of(WINDOW * 4), Value::Bool(false));
-        }
-        let in_vectors = ((self.stack.len() + self.registers.len()) * size_of::<Value>()) as u64;
-        if self.allocated + in_vectors > self.limits.max_memory {
-            self.recount()?;
+            self.grow(needed);
         }
         Ok(())
     }
+
+    #[cold]
+    #[inline(never)]
+    fn grow(&mut self, n_registers: usize) {
+        self.registers.resize(n_registers.next_multiple_of(WINDOW * 4), Word::NOTHING);
+    }
+
+    /// An array of what is on the stack from index `from` on.
+    fn collect_array(&mut self, from: usize) -> Word {
+        let items = &self.stack.as_slice()[from..];
+        let array = self.heap.array(items.len());
+        self.heap.items_mut(array.address()).copy_from_slice(items);
+        self.stack.truncate(from);
+        array
+    }
+}
+
+/// Registers and slots of a function.
+fn n_used(function: &Function) -> usize {
+    (function.n_registers + function.n_slots) as usize
+}
+
+/// Where a spill slot is.
+fn slot(function: &Function, base: usize, index: u32) -> usize {
+    base + (function.n_registers + index) as usize
 }

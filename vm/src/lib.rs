@@ -7,6 +7,8 @@
 
 pub mod display;
 pub mod error;
+mod exchange;
+mod heap;
 pub mod host;
 mod interp;
 pub mod machine;
@@ -16,3 +18,4 @@ pub mod program;
 mod stack;
 pub mod surfaces;
 pub mod value;
+mod word;

@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use compiler::bytecode::{Function, Origin};
+use compiler::bytecode::Origin;
 use compiler::diagnostic::TraceEntry;
 
 use crate::error::{Error, Problem};
+use crate::exchange::Imports;
+use crate::heap::{Collection, Heap};
 use crate::host::Host;
-use crate::memory;
 use crate::program::LoadedProgram;
 use crate::stack::OperandStack;
-use crate::value::{Closure, Value};
+use crate::value::Value;
+use crate::word::Word;
 
 /// Registers that an instruction can name. The frame of the running call is a window of so many,
 /// of which the function uses its first few; the callee's window starts behind those.
@@ -27,9 +29,13 @@ pub struct Limits {
     pub max_memory: u64,
 }
 
+/// Less than this is never worth collecting: about what a core's own caches hold.
+const MIN_CEILING: u64 = 256 << 10;
+
 /// A call that waits for another to return.
+#[derive(Clone, Copy)]
 pub(crate) struct Frame {
-    pub(crate) closure: Arc<Closure>,
+    pub(crate) closure: usize,
     pub(crate) pc: usize,
     pub(crate) base: usize,
 }
@@ -38,20 +44,27 @@ pub(crate) struct Frame {
 pub struct Machine<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
     pub(crate) limits: Limits,
+    pub(crate) heap: Heap,
+    /// What has come from outside into the heap.
+    pub(crate) imports: Imports,
+    /// Surface functions: closures in the heap.
+    pub(crate) surfaces: Vec<Word>,
     /// Operands that cross calls.
     pub(crate) stack: OperandStack,
     /// Frames of all active calls; values above the running one's are dead.
-    pub(crate) registers: Vec<Value>,
+    pub(crate) registers: Vec<Word>,
     pub(crate) frames: Vec<Frame>,
+    /// Where in the heap the running closure is.
+    pub(crate) closure: usize,
     /// What lies below on the operand stack is out of reach.
     pub(crate) floor: usize,
     /// Floors of the array literals around the current one.
     pub(crate) floors: Vec<usize>,
     pub(crate) fuel: u64,
-    /// Upper bound of the bytes in use by heap values.
-    pub(crate) allocated: u64,
-    /// Function and instruction last begun, written when something goes wrong.
-    pub(crate) stopped_at: (u32, usize),
+    /// When so many bytes are in use, what is out of reach is to be forgotten.
+    pub(crate) ceiling: u64,
+    /// The instruction last begun, written when something goes wrong.
+    pub(crate) stopped_at: usize,
 }
 
 impl<'p> Machine<'p> {
@@ -61,14 +74,18 @@ impl<'p> Machine<'p> {
         Machine {
             program,
             limits,
+            heap: program.heap.clone(),
+            imports: Imports::default(),
+            surfaces: Vec::new(),
             stack: OperandStack::default(),
             registers: Vec::new(),
             frames: Vec::new(),
+            closure: 0,
             floor: 0,
             floors: Vec::new(),
             fuel: limits.fuel,
-            allocated: 0,
-            stopped_at: (0, 0),
+            ceiling: limits.max_memory.min(MIN_CEILING),
+            stopped_at: 0,
         }
     }
 
@@ -77,73 +94,106 @@ impl<'p> Machine<'p> {
     /// # Errors
     /// The first run-time error.
     pub fn run(mut self, host: &mut dyn Host) -> Result<Vec<Value>, Box<Error>> {
-        let main = Arc::new(Closure::new(self.program.bytecode.main(), Vec::new()));
+        let main = self.heap.closure(self.program.bytecode.main(), 0);
         self.call(main, Some(host))?;
-        Ok(self.stack.split_off(0))
+        Ok(self.take_values(0))
     }
 
     /// Calls a closure on the stack as it is.
     pub(crate) fn call(
         &mut self,
-        closure: Arc<Closure>,
+        closure: Word,
         host: Option<&mut dyn Host>,
     ) -> Result<(), Box<Error>> {
-        self.execute(closure, host).map_err(|problem| self.error(*problem))
+        self.closure = closure.address();
+        self.execute(host).map_err(|problem| self.error(*problem))
+    }
+
+    /// Takes all values from index `from` on off the stack, bottom first.
+    pub(crate) fn take_values(&mut self, from: usize) -> Vec<Value> {
+        let taken = &self.stack.as_slice()[from..];
+        let values = taken.iter().map(|word| self.heap.export(*word)).collect();
+        self.stack.truncate(from);
+        values
     }
 
     /// Forgets all that a former call has left, but keeps the memory.
     pub(crate) fn reset(&mut self) {
-        self.stack.clear();
+        self.stack.truncate(0);
         self.frames.clear();
         self.floors.clear();
         self.floor = 0;
         self.fuel = self.limits.fuel;
     }
 
-    /// Counts the memory in use exactly; fails if the limit is as good as reached.
+    /// Bytes in use, by values that are no longer in reach too.
+    #[inline(always)]
+    fn n_bytes(&self) -> u64 {
+        let n_words = self.stack.len() + self.registers.len();
+        (n_words * size_of::<Word>()) as u64 + self.heap.n_bytes()
+    }
+
+    /// Sees to it that memory is left. Values may move; registers from `top` on are dead.
+    #[inline(always)]
+    pub(crate) fn make_room(&mut self, top: usize) -> Result<(), Box<Problem>> {
+        if self.n_bytes() > self.ceiling { self.collect(top) } else { Ok(()) }
+    }
+
+    /// Forgets what is out of reach; fails if the limit is as good as reached all the same.
     #[cold]
-    pub(crate) fn recount(&mut self) -> Result<(), Box<Problem>> {
-        let closures = self.frames.iter().flat_map(|frame| frame.closure.captures());
-        let live =
-            memory::count(self.stack.as_slice().iter().chain(&self.registers).chain(closures));
+    #[inline(never)]
+    fn collect(&mut self, top: usize) -> Result<(), Box<Problem>> {
+        let (live, dead) = self.registers.split_at_mut(top);
+        dead.fill(Word::NOTHING);
+        let mut collection = Collection::begin(&mut self.heap);
+        let outside = self.imports.words_mut().chain(&mut self.surfaces);
+        for word in live.iter_mut().chain(self.stack.as_mut_slice()).chain(outside) {
+            collection.keep(word);
+        }
+        for frame in &mut self.frames {
+            frame.closure = collection.moved(frame.closure);
+        }
+        self.closure = collection.moved(self.closure);
+        collection.finish();
         let waiting = (self.frames.len() * size_of::<Frame>()) as u64;
         let limit = self.limits.max_memory;
-        if live + waiting > limit / 16 * 15 {
+        if self.n_bytes() + waiting > limit / 16 * 15 {
             return Err(Box::new(Problem::MemoryLimit(limit)));
         }
-        self.allocated = live.saturating_sub(
-            ((self.stack.len() + self.registers.len()) * size_of::<Value>()) as u64,
-        );
+        self.ceiling = (2 * self.n_bytes()).clamp(MIN_CEILING.min(limit), limit);
         Ok(())
     }
 
     pub(crate) fn error(&self, problem: Problem) -> Box<Error> {
         let functions = &self.program.bytecode.functions;
-        let (function, pc) = self.stopped_at;
-        let mut origin = functions[function as usize].origins.get(pc).copied().unwrap_or_default();
-        if let Problem::SurfaceResult(_) = problem {
-            origin = Origin { span: functions[function as usize].span, ..Origin::default() };
+        let function = &functions[self.heap.function(self.closure) as usize];
+        let mut origin = function.origins.get(self.stopped_at).copied().unwrap_or_default();
+        match problem {
+            Problem::SurfaceResult(_) => {
+                origin = Origin { span: function.span, ..Origin::default() };
+            }
+            Problem::Underflow(_, n_taken) if !origin.operands[n_taken].is_none() => {
+                origin.span = origin.operands[n_taken];
+            }
+            _ => {}
         }
         let mut trace: Vec<TraceEntry> = Vec::new();
         for frame in &self.frames {
-            let function = &functions[frame.closure.function as usize];
-            let span = function.origins[frame.pc - 1].span;
+            let index = self.heap.function(frame.closure);
+            let span = functions[index as usize].origins[frame.pc - 1].span;
             match trace.last_mut() {
                 Some(last) if last.span == span => last.repeats += 1,
-                _ => {
-                    trace.push(TraceEntry { span, within: self.title(function, frame), repeats: 1 })
-                }
+                _ => trace.push(TraceEntry { span, within: self.title(index), repeats: 1 }),
             }
         }
         Box::new(Error { problem, origin, trace })
     }
 
-    fn title(&self, function: &Function, frame: &Frame) -> String {
-        match &function.name {
+    fn title(&self, function: u32) -> String {
+        let bytecode = &self.program.bytecode;
+        match &bytecode.functions[function as usize].name {
             Some(name) => format!("`{name}`"),
-            None if frame.closure.function == self.program.bytecode.main() => {
-                "the main program".to_owned()
-            }
+            None if function == bytecode.main() => "the main program".to_owned(),
             None => "a function".to_owned(),
         }
     }

@@ -12,8 +12,8 @@ use renderer::object::{Object, ShapeKind, TransformOp};
 use crate::error::Problem;
 use crate::host::{Host, RenderJob};
 use crate::machine::Machine;
-use crate::memory;
 use crate::value::{Closure, Value};
+use crate::word::{Tag, Word};
 
 type Solid = Object<Arc<Closure>>;
 type Outcome<T> = Result<T, Box<Problem>>;
@@ -24,29 +24,29 @@ pub(crate) fn operate(
     machine: &mut Machine<'_>,
     origin: Origin,
     host: &mut Option<&mut dyn Host>,
-) -> Outcome<Option<Value>> {
+) -> Outcome<Option<Word>> {
     if op == Operator::Render {
         render(machine, origin, host)?;
         return Ok(None);
     }
-    let operands = take(op, machine)?;
-    machine.allocated += Solid::NODE_BYTES as u64 + memory::bytes_for(0);
-    make(op, operands).map(Some)
+    let made = make(op, &take(op, machine)?)?;
+    let tag = if let Value::Light(_) = made { Tag::Light } else { Tag::Object };
+    Ok(Some(machine.heap.adopt(tag, made, Solid::NODE_BYTES as u64)))
 }
 
 /// Takes the operands from the stack, bottom first.
 fn take(op: Operator, machine: &mut Machine<'_>) -> Outcome<Vec<Value>> {
     let n_operands = op.operands().len();
     if machine.stack.len() - machine.floor < n_operands {
-        return Err(Box::new(Problem::Underflow(Some(op))));
+        return Err(Box::new(Problem::Underflow(Some(op), 0)));
     }
-    Ok(machine.stack.split_off(machine.stack.len() - n_operands))
+    Ok(machine.take_values(machine.stack.len() - n_operands))
 }
 
-fn make(op: Operator, operands: Vec<Value>) -> Outcome<Value> {
-    let shape = |kind| match &operands[..] {
+fn make(op: Operator, operands: &[Value]) -> Outcome<Value> {
+    let shape = |kind| match operands {
         [Value::Closure(surface)] => Ok(Value::Object(Object::shape(kind, surface.clone()))),
-        _ => Err(mismatch(op, &operands)),
+        _ => Err(mismatch(op, operands)),
     };
     match op {
         Operator::Sphere => shape(ShapeKind::Sphere),
@@ -54,11 +54,11 @@ fn make(op: Operator, operands: Vec<Value>) -> Outcome<Value> {
         Operator::Cylinder => shape(ShapeKind::Cylinder),
         Operator::Cone => shape(ShapeKind::Cone),
         Operator::Plane => shape(ShapeKind::Plane),
-        Operator::Union => combine(op, &operands, Object::union),
-        Operator::Intersect => combine(op, &operands, Object::intersect),
-        Operator::Difference => combine(op, &operands, Object::difference),
-        Operator::Light | Operator::PointLight | Operator::SpotLight => light(op, &operands),
-        _ => transform(op, &operands),
+        Operator::Union => combine(op, operands, Object::union),
+        Operator::Intersect => combine(op, operands, Object::intersect),
+        Operator::Difference => combine(op, operands, Object::difference),
+        Operator::Light | Operator::PointLight | Operator::SpotLight => light(op, operands),
+        _ => transform(op, operands),
     }
 }
 
@@ -143,13 +143,12 @@ fn render(
     let Some(host) = host.as_mut() else { return Err(Box::new(Problem::RenderInSurface)) };
     let n_reachable = machine.stack.len() - machine.floor;
     let lights_at = machine.stack.len().wrapping_sub(7);
-    let is_chicago =
-        n_reachable >= 7 && matches!(machine.stack.as_slice()[lights_at], Value::Point(_));
+    let is_chicago = n_reachable >= 7 && machine.stack.as_slice()[lights_at].tag == Tag::Point;
     let n_operands = if is_chicago { 9 } else { 8 };
     if n_reachable < n_operands {
-        return Err(Box::new(Problem::Underflow(Some(Operator::Render))));
+        return Err(Box::new(Problem::Underflow(Some(Operator::Render), 0)));
     }
-    let mut operands = machine.stack.split_off(machine.stack.len() - n_operands);
+    let mut operands = machine.take_values(machine.stack.len() - n_operands);
     let attenuation = if is_chicago { operands[2].clone() } else { Value::Bool(false) };
     if is_chicago {
         operands.remove(2);

@@ -1,56 +1,68 @@
-//! A program ready to run: the bytecode, with its constants as values.
+//! A program ready to run: the bytecode, with its constants as the machine holds values.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
 use compiler::bytecode::{Constant, ConstantArray, Program};
+use compiler::scalar::Operands;
 
-use crate::value::{Array, Closure, Value};
+use crate::heap::Heap;
+use crate::value::Value;
+use crate::word::{Tag, Word};
 
 /// Bytecode and its constants, shared by all threads that run it.
 pub struct LoadedProgram {
     /// The bytecode.
     pub bytecode: Program,
-    pub(crate) constants: Vec<Vec<Value>>,
+    /// The constants of each function.
+    pub(crate) constants: Vec<Vec<Word>>,
+    /// What every machine's heap begins with: the constants that do not fit into words.
+    pub(crate) heap: Heap,
 }
 
 impl LoadedProgram {
-    /// Turns the constants into values; what is shared stays shared.
+    /// Turns the constants into words; what is shared stays shared.
     #[must_use]
     pub fn new(bytecode: Program) -> Self {
-        let mut loader = Loader { arrays: HashMap::new() };
-        let load = |constants: &Vec<Constant>| constants.iter().map(|c| loader.value(c)).collect();
+        let mut loader = Loader::default();
+        let load = |constants: &Vec<Constant>| constants.iter().map(|c| loader.word(c)).collect();
         let constants =
             bytecode.functions.iter().map(|function| &function.constants).map(load).collect();
-        LoadedProgram { bytecode, constants }
+        let mut heap = loader.heap;
+        heap.settle();
+        LoadedProgram { bytecode, constants, heap }
     }
 }
 
+#[derive(Default)]
 struct Loader {
-    arrays: HashMap<*const ConstantArray, Arc<Array>>,
+    heap: Heap,
+    arrays: HashMap<*const ConstantArray, Word>,
+    functions: HashMap<u32, Word>,
 }
 
 impl Loader {
     /// The recursion is bounded: constant arrays nest a few levels only.
-    fn value(&mut self, constant: &Constant) -> Value {
+    fn word(&mut self, constant: &Constant) -> Word {
         match constant {
-            Constant::Bool(value) => Value::Bool(*value),
-            Constant::Int(value) => Value::Int(*value),
-            Constant::Real(value) => Value::Real(*value),
-            Constant::Str(text) => Value::Str(text.clone()),
-            Constant::Point(point) => Value::Point(*point),
+            Constant::Bool(value) => Word::from_bool(*value),
+            Constant::Int(value) => Word::from_int(*value),
+            Constant::Real(value) => Word::from_real(*value),
+            Constant::Point(point) => Word::from_point(*point),
+            Constant::Str(text) => self.heap.adopt(Tag::Str, Value::Str(text.clone()), 0),
             Constant::Function(function) => {
-                Value::Closure(Arc::new(Closure::new(*function, Vec::new())))
+                *self.functions.entry(*function).or_insert_with(|| self.heap.closure(*function, 0))
             }
             Constant::Array(array) => {
                 let address = Arc::as_ptr(array);
                 if let Some(loaded) = self.arrays.get(&address) {
-                    return Value::Array(loaded.clone());
+                    return *loaded;
                 }
-                let items = array.items().iter().map(|item| self.value(item)).collect();
-                let loaded = Arc::new(Array::new(items));
-                self.arrays.insert(address, loaded.clone());
-                Value::Array(loaded)
+                let items: Vec<Word> = array.items().iter().map(|item| self.word(item)).collect();
+                let loaded = self.heap.array(items.len());
+                self.heap.items_mut(loaded.address()).copy_from_slice(&items);
+                self.arrays.insert(address, loaded);
+                loaded
             }
         }
     }

@@ -1,37 +1,42 @@
 //! The operand stack.
 //!
-//! Slots above the top hold numbers of no meaning, so that pushing is one store of a tag and one of
-//! a payload. `Vec::push` would build the value elsewhere and copy all 32 bytes.
+//! Slots above the top hold words of no meaning, so that pushing writes a tag and a payload in
+//! place. `Vec::push` would build the word elsewhere and copy all 32 bytes.
 
-use crate::value::Value;
+use crate::word::Word;
 
 /// Values that cross calls, the last on top.
 #[derive(Default)]
 pub(crate) struct OperandStack {
-    slots: Vec<Value>,
+    slots: Vec<Word>,
     len: usize,
 }
 
 impl OperandStack {
     /// Number of values.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn len(&self) -> usize {
         self.len
     }
 
     /// The values, bottom first.
     #[inline]
-    pub(crate) fn as_slice(&self) -> &[Value] {
+    pub(crate) fn as_slice(&self) -> &[Word] {
         &self.slots[..self.len]
     }
 
-    /// Pushes a copy of a value.
+    /// The values, bottom first.
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [Word] {
+        &mut self.slots[..self.len]
+    }
+
+    /// Pushes a value.
     #[inline(always)]
-    pub(crate) fn push_copy(&mut self, value: &Value) {
+    pub(crate) fn push(&mut self, word: Word) {
         if self.len == self.slots.len() {
             self.grow();
         }
-        self.slots[self.len].set_copy(value);
+        self.slots[self.len].set(word);
         self.len += 1;
     }
 
@@ -39,30 +44,19 @@ impl OperandStack {
     #[inline(never)]
     fn grow(&mut self) {
         let larger = (self.slots.len() * 2).max(64);
-        self.slots.resize(larger, Value::Bool(false));
+        self.slots.resize(larger, Word::NOTHING);
     }
 
     /// Moves the topmost value, of which there must be one, to `target`.
     #[inline(always)]
-    pub(crate) fn pop_to(&mut self, target: &mut Value) {
+    pub(crate) fn pop_to(&mut self, target: &mut Word) {
         self.len -= 1;
-        target.take_from(&mut self.slots[self.len]);
+        target.set(self.slots[self.len]);
     }
 
-    /// Takes all values from index `from` on, bottom first.
-    pub(crate) fn split_off(&mut self, from: usize) -> Vec<Value> {
-        let taken = &mut self.slots[from..self.len];
-        let values =
-            taken.iter_mut().map(|slot| std::mem::replace(slot, Value::Bool(false))).collect();
-        self.len = from;
-        values
-    }
-
-    /// Forgets all values.
-    pub(crate) fn clear(&mut self) {
-        for slot in &mut self.slots[..self.len] {
-            slot.set(Value::Bool(false));
-        }
-        self.len = 0;
+    /// Forgets all values from index `len` on.
+    #[inline]
+    pub(crate) fn truncate(&mut self, len: usize) {
+        self.len = len;
     }
 }

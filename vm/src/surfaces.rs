@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use compiler::scalar::Operands;
 use glam::DVec3;
 use renderer::numeric::real::Real;
 use renderer::object::Object;
@@ -12,7 +13,8 @@ use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 use crate::error::{Error, Problem};
 use crate::machine::{Limits, Machine};
 use crate::program::LoadedProgram;
-use crate::value::{Closure, Value};
+use crate::value::Closure;
+use crate::word::{Tag, Word};
 
 /// The scene to trace, and its surface functions by [`SurfaceId`]. Shapes that were given the same
 /// closure share its number.
@@ -43,7 +45,9 @@ impl<'p> InterpSurfaces<'p> {
         surfaces: &'p [Arc<Closure>],
         limits: Limits,
     ) -> Self {
-        InterpSurfaces { machine: Machine::new(program, limits), surfaces }
+        let mut machine = Machine::new(program, limits);
+        machine.surfaces = vec![Word::NOTHING; surfaces.len()];
+        InterpSurfaces { machine, surfaces }
     }
 }
 
@@ -51,7 +55,11 @@ impl SurfaceEval for InterpSurfaces<'_> {
     type Error = Box<Error>;
 
     fn eval(&mut self, surface: SurfaceId, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
-        self.machine.surface(self.surfaces[surface.0 as usize].clone(), at)
+        let index = surface.0 as usize;
+        if self.machine.surfaces[index].tag != Tag::Closure {
+            self.machine.surfaces[index] = self.machine.import(&self.surfaces[index]);
+        }
+        self.machine.surface_at(index, at)
     }
 }
 
@@ -65,19 +73,38 @@ impl Machine<'_> {
         closure: Arc<Closure>,
         at: SurfacePoint,
     ) -> Result<SurfaceSample, Box<Error>> {
+        self.surfaces.truncate(0);
+        let word = self.import(&closure);
+        self.surfaces.push(word);
+        self.surface_at(0, at)
+    }
+
+    fn import(&mut self, closure: &Arc<Closure>) -> Word {
+        self.imports.import(closure, &mut self.heap)
+    }
+
+    fn surface_at(&mut self, index: usize, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
         self.reset();
-        for argument in [Value::Int(i64::from(at.face)), Value::Real(at.u), Value::Real(at.v)] {
-            self.stack.push_copy(&argument);
+        self.stack.push(Word::from_int(i64::from(at.face)));
+        self.stack.push(Word::from_real(at.u));
+        self.stack.push(Word::from_real(at.v));
+        self.call(self.surfaces[index], None)?;
+        if let Some(sample) = sample(self.stack.as_slice()) {
+            return Ok(sample);
         }
-        let function = closure.function;
-        self.call(closure, None)?;
-        if let [Value::Point(color), Value::Real(kd), Value::Real(ks), Value::Real(phong_exp)] =
-            self.stack.as_slice()[..]
-        {
-            return Ok(SurfaceSample { color: DVec3::from_array(color), kd, ks, phong_exp });
-        }
-        self.stopped_at = (function, 0);
-        let found = self.stack.as_slice().iter().map(Value::type_of).collect();
+        self.closure = self.surfaces[index].address();
+        let found = self.stack.as_slice().iter().map(|word| word.type_of()).collect();
         Err(self.error(Problem::SurfaceResult(found)))
     }
+}
+
+/// What a surface function has left, if it is what it should leave.
+fn sample(stack: &[Word]) -> Option<SurfaceSample> {
+    let [color, kd, ks, phong_exp] = stack else { return None };
+    Some(SurfaceSample {
+        color: DVec3::from_array(color.as_point()?),
+        kd: kd.as_real()?,
+        ks: ks.as_real()?,
+        phong_exp: phong_exp.as_real()?,
+    })
 }

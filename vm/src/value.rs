@@ -7,7 +7,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use compiler::op::Type;
-use compiler::scalar::{Operands, Point};
+use compiler::scalar::Point;
 use renderer::light::Light;
 use renderer::object::Object;
 
@@ -121,91 +121,9 @@ impl Value {
         }
     }
 
-    /// Overwrites a value. Where a number stood no destructor is called, and where the new value is
-    /// known to be a number only its own bytes are written.
-    #[inline(always)]
-    pub(crate) fn set(&mut self, value: Value) {
-        match self {
-            Value::Bool(_) | Value::Int(_) | Value::Real(_) | Value::Point(_) => {
-                std::mem::forget(std::mem::replace(self, value));
-            }
-            _ => drop_shared(std::mem::replace(self, value)),
-        }
-    }
-
-    /// Overwrites a value by a copy; what is common is written field by field.
-    #[inline(always)]
-    pub(crate) fn set_copy(&mut self, from: &Value) {
-        match from {
-            Value::Real(value) => self.set(Value::Real(*value)),
-            Value::Int(value) => self.set(Value::Int(*value)),
-            Value::Bool(value) => self.set(Value::Bool(*value)),
-            Value::Point(value) => self.set(Value::Point(*value)),
-            Value::Closure(closure) => self.set(Value::Closure(closure.clone())),
-            Value::Array(array) => self.set(Value::Array(array.clone())),
-            _ => self.set(clone_shared(from)),
-        }
-    }
-
-    /// Overwrites a value by another, which becomes a number of no meaning.
-    #[inline(always)]
-    pub(crate) fn take_from(&mut self, from: &mut Value) {
-        match from {
-            Value::Real(value) => self.set(Value::Real(*value)),
-            Value::Int(value) => self.set(Value::Int(*value)),
-            Value::Bool(value) => self.set(Value::Bool(*value)),
-            Value::Point(value) => self.set(Value::Point(*value)),
-            _ => match std::mem::replace(from, Value::Bool(false)) {
-                Value::Closure(closure) => self.set(Value::Closure(closure)),
-                other => self.set(other),
-            },
-        }
-    }
-
     /// Whether dropping it may drop other values.
     fn owns_values(&self) -> bool {
         matches!(self, Value::Closure(_) | Value::Array(_) | Value::Object(_))
-    }
-}
-
-#[inline(never)]
-fn drop_shared(value: Value) {
-    drop(value);
-}
-
-#[inline(never)]
-fn clone_shared(value: &Value) -> Value {
-    value.clone()
-}
-
-impl Operands for Value {
-    #[inline]
-    fn from_bool(value: bool) -> Self {
-        Value::Bool(value)
-    }
-    #[inline]
-    fn from_int(value: i64) -> Self {
-        Value::Int(value)
-    }
-    #[inline]
-    fn from_real(value: f64) -> Self {
-        Value::Real(value)
-    }
-    #[inline]
-    fn from_point(value: Point) -> Self {
-        Value::Point(value)
-    }
-    #[inline]
-    fn as_int(&self) -> Option<i64> {
-        if let Value::Int(value) = self { Some(*value) } else { None }
-    }
-    #[inline]
-    fn as_real(&self) -> Option<f64> {
-        if let Value::Real(value) = self { Some(*value) } else { None }
-    }
-    #[inline]
-    fn as_point(&self) -> Option<Point> {
-        if let Value::Point(value) = self { Some(*value) } else { None }
     }
 }
 
