@@ -1,11 +1,11 @@
-# `just` runs what must pass before a change lands.
+# `just` runs what must pass before a change lands; `.ci/run` is the same for machines without just.
 default: fmt-check lint test doc
 
 # All tests of the workspace.
 test:
     cargo test --workspace
 
-# Rewrites golden files after an intended change.
+# Rewrites golden images, diagnostics, derived tables and the README's console blocks.
 bless:
     GMLVM_BLESS=1 cargo test --workspace
 
@@ -25,13 +25,20 @@ doc:
 deny:
     cargo deny check licenses bans sources
 
-# Renders the pictures of docs/gallery from scenes/.
+# Renders the pictures of docs/gallery from scenes/, each at the size that it asks for, but the
+# picture of the README larger.
 gallery:
     cargo build --release
     for scene in scenes/*.gml; do \
-        target/release/gmlvm run "$scene" --format png --output "docs/gallery/{name}.png"; \
+        cargo run --release --quiet -- run "$scene" --format png -o docs/gallery || exit 1; \
     done
+    cargo run --release --quiet -- run scenes/showpiece.gml --size 960x640 --format png -o docs/gallery
 
 # The interpreter on three surface functions, ns a call.
 bench:
     cargo bench --bench surfaces
+
+# Times kernels, scenes and benchmark scenes, and writes tables into the directory `out`.
+history out:
+    cargo build --release
+    python3 benches/history.py "{{out}}"

@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""Times gmlvm and writes the tables of a folder of benches/history.
+
+    cargo build --release
+    python3 benches/history.py OUT [--runs N] [--only kernels,scenes,pairs]
+
+writes into the directory OUT
+    kernels.csv  what `cargo bench --bench surfaces` prints, once for each of three runs
+    scenes.csv   one line for each run of each scene of scenes/ and ../shared/scenes, with 1 and 2
+                 threads in turn: wall and processor time, and the phases that --stats tells
+    pairs.csv    the same for ../shared/bench with 1 thread
+    summary.md   medians
+
+Folders that are not there are left out. A scene whose first run takes longer than --patience
+seconds is run once. Only the standard library is used.
+"""
+
+import argparse
+import csv
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+SHARED = ROOT.parent / "shared"
+SCENE_FOLDERS = [
+    ("own", ROOT / "scenes"),
+    ("contest", SHARED / "scenes" / "contest"),
+    ("chicago", SHARED / "scenes" / "chicago"),
+]
+PHASES = ["read", "compile", "run", "build", "trace", "write"]
+RAYS = ["primary", "reflected", "shadow", "surface_calls"]
+FIELDS = ["set", "scene", "threads", "run_idx", "wall_s", "cpu_s", *PHASES, "images", "pixels", *RAYS]
+
+
+def binary():
+    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    path = target / "release" / "gmlvm"
+    if not path.exists():
+        sys.exit(f"there is no {path}; `cargo build --release` makes it")
+    return path
+
+
+def time_scene(gmlvm, scene, threads):
+    """One run in a directory of its own: wall and processor time in seconds, and the statistics."""
+    with tempfile.TemporaryDirectory() as folder:
+        stats = Path(folder) / "stats.json"
+        command = [gmlvm, "run", "-q", "-j", str(threads), "-o", folder, "--stats", stats, scene]
+        start = time.perf_counter()
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+        _, status, usage = os.wait4(process.pid, 0)
+        wall = time.perf_counter() - start
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode != 0:
+            sys.exit(f"{scene} ended with exit code {process.returncode}")
+        return wall, usage.ru_utime + usage.ru_stime, json.loads(stats.read_text())
+
+
+def time_scenes(folders, thread_counts, args, writer):
+    """Writes a line for each run; returns the lines."""
+    gmlvm = binary()
+    lines = []
+    for name, folder in folders:
+        for scene in sorted(folder.glob("*.gml")):
+            for run_idx in range(args.runs):
+                for threads in thread_counts:
+                    wall, cpu, stats = time_scene(gmlvm, scene, threads)
+                    line = {
+                        "set": name, "scene": scene.stem, "threads": threads, "run_idx": run_idx,
+                        "wall_s": f"{wall:.5f}", "cpu_s": f"{cpu:.5f}",
+                        "images": stats["counts"]["images"], "pixels": stats["counts"]["pixels"],
+                    }
+                    line |= {phase: f"{stats['phases'][phase]:.6f}" for phase in PHASES}
+                    line |= {kind: stats["rays"][kind] for kind in RAYS}
+                    writer.writerow(line)
+                    lines.append(line)
+                if wall > args.patience:
+                    break
+            print(f"{name}/{scene.stem}", file=sys.stderr)
+    return lines
+
+
+def median(lines, field, **wanted):
+    values = [
+        float(line[field]) for line in lines if all(line[k] == v for k, v in wanted.items())
+    ]
+    return statistics.median(values) if values else None
+
+
+def scene_table(lines, thread_counts):
+    """A table in Markdown: medians in milliseconds, and nanoseconds of processor time a pixel."""
+    columns = [f"wall, {n} thread{'s'[: n > 1]} (ms)" for n in thread_counts]
+    if len(thread_counts) > 1:
+        columns += ["ratio"]
+    columns += ["trace, 1 thread (ms)", "processor, ns a pixel", "rays", "runs"]
+    yield "| scene | " + " | ".join(columns) + " |"
+    yield "| --- |" + " ---: |" * len(columns)
+    for name, scene in dict.fromkeys((line["set"], line["scene"]) for line in lines):
+        of = {"set": name, "scene": scene}
+        walls = [median(lines, "wall_s", threads=n, **of) for n in thread_counts]
+        cells = [f"{1e3 * wall:.1f}" for wall in walls]
+        if len(walls) > 1:
+            cells.append(f"{walls[0] / walls[1]:.2f}")
+        cells.append(f"{1e3 * median(lines, 'trace', threads=1, **of):.1f}")
+        pixels = median(lines, "pixels", **of)
+        cpu = median(lines, "cpu_s", threads=1, **of)
+        cells.append(f"{1e9 * cpu / pixels:.0f}" if pixels else "–")
+        cells.append(f"{sum(median(lines, kind, **of) for kind in RAYS[:3]):.0f}")
+        n_runs = sum(1 for line in lines if line["threads"] == 1 and of.items() <= line.items())
+        cells.append(str(n_runs))
+        yield f"| {name}/{scene} | " + " | ".join(cells) + " |"
+
+
+def run_kernels(out):
+    """Three runs of the kernel benchmark; returns its lines as (run, kernel, engine, median, min)."""
+    rows = []
+    for run_idx in range(3):
+        command = ["cargo", "bench", "--quiet", "--bench", "surfaces"]
+        text = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
+        for line in text.splitlines()[1:]:
+            head, middle = line[:28].rstrip(), line[28:].split()
+            kernel, engine = head.split(maxsplit=1)
+            rows.append((run_idx, kernel, engine, float(middle[0]), float(middle[1])))
+    with open(out / "kernels.csv", "w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["run_idx", "kernel", "engine", "median_ns", "min_ns"])
+        writer.writerows(rows)
+    return rows
+
+
+def kernel_table(rows):
+    yield "| kernel | engine | ns (median of the runs' medians) | of gmlvm's |"
+    yield "| --- | --- | ---: | ---: |"
+    for kernel, engine in dict.fromkeys((row[1], row[2]) for row in rows):
+        runs = {}
+        for run_idx, k, e, ns, _ in rows:
+            if k == kernel:
+                runs.setdefault(run_idx, {})[e] = ns
+        ns = statistics.median(run[engine] for run in runs.values())
+        ratio = statistics.median(run[engine] / run["gmlvm"] for run in runs.values())
+        yield f"| {kernel} | {engine} | {ns:.2f} | {ratio:.3f} |"
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--runs", type=int, default=5, help="runs of each scene")
+    parser.add_argument("--patience", type=float, default=30.0, help="seconds; slower is run once")
+    parser.add_argument("--only", default="kernels,scenes,pairs")
+    args = parser.parse_args()
+    args.out.mkdir(parents=True, exist_ok=True)
+    wanted = args.only.split(",")
+    parts = []
+    if "kernels" in wanted:
+        parts.append(("Kernels", list(kernel_table(run_kernels(args.out)))))
+    sets = [
+        ("scenes", "Scenes", SCENE_FOLDERS, [1, 2]),
+        ("pairs", "Benchmark scenes", [("bench", SHARED / "bench")], [1]),
+    ]
+    for part, title, folders, thread_counts in sets:
+        if part not in wanted:
+            continue
+        with open(args.out / f"{part}.csv", "w", newline="") as file:
+            writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
+            writer.writeheader()
+            lines = time_scenes(folders, thread_counts, args, writer)
+        if lines:
+            parts.append((title, list(scene_table(lines, thread_counts))))
+    write_summary(args.out, parts)
+
+
+def write_summary(out, parts):
+    """Sections made by this run replace those of the same title; others stay."""
+    path = out / "summary.md"
+    sections = {}
+    for section in path.read_text().split("\n## ")[1:] if path.exists() else []:
+        title, body = section.split("\n", 1)
+        sections[title] = body.strip()
+    for title, lines in parts:
+        sections[title] = "\n".join(lines)
+    order = ["Kernels", "Scenes", "Benchmark scenes"]
+    titles = sorted(sections, key=lambda title: order.index(title))
+    text = "".join(f"\n## {title}\n\n{sections[title]}\n" for title in titles)
+    path.write_text(f"# Medians\n{text}")
+
+
+if __name__ == "__main__":
+    main()
