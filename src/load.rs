@@ -79,6 +79,13 @@ impl<'a> Source<'a> {
     }
 
     /// What finds the files that this scene includes.
+    /// File, line and column of a span, as messages show them.
+    pub(crate) fn place(&self, span: Span) -> String {
+        self.sources.file_of(span).map_or_else(String::new, |file| {
+            format!("{}:{}", clean(&file.name), file.line_column(span))
+        })
+    }
+
     pub(crate) fn includes(&self) -> FileIncludes<'a> {
         let directory = if is_stdin(self.path) { None } else { self.path.parent() };
         let directory = directory.unwrap_or(Path::new("")).to_owned();

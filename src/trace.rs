@@ -2,14 +2,17 @@
 
 use std::time::{Duration, Instant};
 
+use jit::shaders::{Shaders, SurfaceReport, Tiering};
 use renderer::image::{Image, Pixel};
 use renderer::scene::Scene;
 use renderer::shade::RayCounts;
+use renderer::surface::SurfaceEval;
 use vm::error::Error;
 use vm::host::RenderJob;
 use vm::machine::Limits;
 use vm::surfaces::{self, InterpSurfaces};
 
+use crate::args::Engine;
 use crate::formats::{Picture, Pixels};
 use crate::run::plan::Plan;
 
@@ -21,6 +24,8 @@ pub(crate) struct Traced {
     pub(crate) rays: RayCounts,
     /// Shapes of the scene.
     pub(crate) n_shapes: usize,
+    /// How each surface function of the scene was evaluated; empty with the interpreter.
+    pub(crate) surfaces: Vec<SurfaceReport>,
     /// Surface functions of the scene.
     pub(crate) n_surfaces: usize,
     /// How long it took to make the scene traceable.
@@ -32,38 +37,69 @@ pub(crate) struct Traced {
 /// The first pixel whose surface function is wrong.
 pub(crate) type TraceFailure = renderer::Failure<Box<Error>>;
 
-/// Traces the image of `job` as `plan` says; `is_linear` asks for linear light in place of bytes.
-/// `progress` is told how many pixels have been added.
+/// How an image is traced, besides what its plan says.
+#[derive(Clone, Copy)]
+pub(crate) struct Settings {
+    /// What evaluates surface functions.
+    pub(crate) engine: Engine,
+    /// Linear light in place of bytes.
+    pub(crate) is_linear: bool,
+    /// What each call of a surface function may use up.
+    pub(crate) limits: Limits,
+}
+
+/// Traces the image of `job` as `plan` says. `progress` is told how many pixels have been added.
 ///
 /// # Errors
 /// What a surface function does wrong.
 pub(crate) fn trace_job(
     job: &RenderJob<'_>,
     plan: &Plan,
-    is_linear: bool,
-    limits: Limits,
+    settings: Settings,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
     let start = Instant::now();
     let (scene, surfaces): (Scene, _) = surfaces::scene(&job.object);
     let built = Instant::now();
-    let Plan { view, illumination } = plan;
-    let worker = || InterpSurfaces::new(job.program, &surfaces, limits);
-    let (picture, rays) = if is_linear {
-        let traced = renderer::render(&scene, illumination, view, worker, progress)?;
-        picture(traced, Pixels::Linear)
-    } else {
-        let traced = renderer::render(&scene, illumination, view, worker, progress)?;
-        picture(traced, Pixels::Bytes)
+    let limits = settings.limits;
+    let shaders = match settings.engine {
+        Engine::Interp => None,
+        Engine::Auto => Some(Tiering::Hot),
+        Engine::Jit => Some(Tiering::Eager),
+    };
+    let shaders = shaders.map(|tiering| Shaders::new(job.program, &surfaces, limits, tiering));
+    let (picture, rays) = match &shaders {
+        Some(shaders) => trace(&scene, plan, settings, || shaders.worker(), progress)?,
+        None => {
+            let worker = || InterpSurfaces::new(job.program, &surfaces, limits);
+            trace(&scene, plan, settings, worker, progress)?
+        }
     };
     Ok(Traced {
         picture,
         rays,
         n_shapes: scene.n_shapes(),
+        surfaces: shaders.map(|shaders| shaders.report()).unwrap_or_default(),
         n_surfaces: surfaces.len(),
         build_time: built - start,
         trace_time: built.elapsed(),
     })
+}
+
+fn trace<E: SurfaceEval<Error = Box<Error>> + Send>(
+    scene: &Scene,
+    plan: &Plan,
+    settings: Settings,
+    worker: impl Fn() -> E + Sync,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<(Picture, RayCounts), TraceFailure> {
+    let Plan { view, illumination } = plan;
+    if settings.is_linear {
+        let traced = renderer::render(scene, illumination, view, worker, progress)?;
+        return Ok(picture(traced, Pixels::Linear));
+    }
+    let traced = renderer::render(scene, illumination, view, worker, progress)?;
+    Ok(picture(traced, Pixels::Bytes))
 }
 
 fn picture<P: Pixel>(

@@ -1,8 +1,10 @@
 //! `gmlvm run`: compiles a scene, runs it, and writes the images it renders.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
+use jit::shaders::{Evaluation, SurfaceReport};
 use vm::machine::Machine;
 use vm::program::LoadedProgram;
 
@@ -14,12 +16,6 @@ use crate::run::Renders;
 use crate::run::stats::{Counts, Phases, seconds};
 
 pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
-    if args.engine == Engine::Jit {
-        return Err(Failure::Usage(
-            "`--engine jit`: the compiler to machine code is not built yet; use `auto` or `interp`"
-                .to_owned(),
-        ));
-    }
     let mut host = Renders::new(args, reporter)?;
     start_threads(args)?;
     let mut source = Source::read(&args.scene, &args.inputs, reporter)?;
@@ -40,6 +36,9 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
         ..host.stats.phases
     };
     reporter.detail(&host.stats.phases_line());
+    for line in surface_lines(&host.surfaces, &source) {
+        reporter.detail(&line);
+    }
     if let Err(error) = outcome {
         return Err(match host.stopped_by {
             Some(failure) => failure,
@@ -48,6 +47,26 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
     }
     write_stats(args, host)?;
     Ok(0)
+}
+
+/// How the surface functions were evaluated, a line for each function and way.
+fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> {
+    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
+    for report in reports {
+        let how = match &report.evaluation {
+            Evaluation::Constant => "constant".to_owned(),
+            Evaluation::Native { n_bytes, n_uniforms } => {
+                format!("native, {n_bytes} bytes of code, {n_uniforms} uniforms")
+            }
+            Evaluation::Declined(why) => {
+                format!("interpreted: {} at {}", why.reason, source.place(why.span))
+            }
+            Evaluation::Cold => "interpreted: called too seldom to compile".to_owned(),
+        };
+        *counts.entry(format!("surface at {}: {how}", source.place(report.span))).or_default() += 1;
+    }
+    let times = |(line, n): (String, usize)| if n == 1 { line } else { format!("{line} ({n} times)") };
+    counts.into_iter().map(times).collect()
 }
 
 fn start_threads(args: &RunArgs) -> Result<(), Failure> {
@@ -62,7 +81,11 @@ fn write_stats(args: &RunArgs, mut host: Renders<'_>) -> Result<(), Failure> {
     let Some(path) = &args.stats else { return Ok(()) };
     host.stats.version = env!("CARGO_PKG_VERSION");
     host.stats.scene = args.scene.display().to_string();
-    host.stats.engine = "interp";
+    host.stats.engine = match args.engine {
+        Engine::Auto => "auto",
+        Engine::Interp => "interp",
+        Engine::Jit => "jit",
+    };
     host.stats.threads = rayon::current_num_threads();
     host.stats.write(path)
 }

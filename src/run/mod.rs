@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use compiler::diagnostic::{Code, Diagnostic};
 use compiler::source::Span;
+use jit::shaders::SurfaceReport;
 use vm::host::{Host, RenderJob};
 
 use crate::args::{ImageFormat, RunArgs};
@@ -18,7 +19,7 @@ use crate::report::Reporter;
 use crate::run::naming::{Destination, Naming};
 use crate::run::plan::Plan;
 use crate::run::stats::{ImageStats, Stats, seconds};
-use crate::trace::{self, TraceFailure, Traced};
+use crate::trace::{self, Settings, TraceFailure, Traced};
 use crate::values::Size;
 
 pub(crate) mod plan;
@@ -36,6 +37,8 @@ pub(crate) struct Renders<'a> {
     n_images: u64,
     /// What the images took.
     pub(crate) stats: Stats,
+    /// How the surface functions of all images were evaluated.
+    pub(crate) surfaces: Vec<SurfaceReport>,
     /// Time spent on images.
     pub(crate) busy: Duration,
     /// Why the run ended, where no diagnostic can tell.
@@ -64,6 +67,7 @@ impl<'a> Renders<'a> {
             naming,
             n_images: 0,
             stats: Stats::default(),
+            surfaces: Vec::new(),
             busy: Duration::ZERO,
             stopped_by: None,
         })
@@ -87,6 +91,7 @@ impl<'a> Renders<'a> {
         self.reporter.note(&format!("{shown}  {width}x{height}  {time:.2} s"));
         let file = destination.file.is_some().then_some(shown);
         self.stats.add(image_stats(file, job, &plan, &traced, write_time));
+        self.surfaces.extend(traced.surfaces);
         Ok(())
     }
 
@@ -114,9 +119,12 @@ impl<'a> Renders<'a> {
         shown: &str,
     ) -> Result<Traced, Box<Diagnostic>> {
         let bar = progress::bar(shown, plan.n_pixels(), self.reporter.quiet);
-        let limits = self.args.limits.machine();
-        let is_linear = format == ImageFormat::Pfm;
-        let traced = trace::trace_job(job, plan, is_linear, limits, &|n| bar.inc(n));
+        let settings = Settings {
+            engine: self.args.engine,
+            is_linear: format == ImageFormat::Pfm,
+            limits: self.args.limits.machine(),
+        };
+        let traced = trace::trace_job(job, plan, settings, &|n| bar.inc(n));
         bar.finish_and_clear();
         traced.map_err(|failure| surface_error(failure, job, &self.args.scene))
     }

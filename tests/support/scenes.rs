@@ -6,6 +6,7 @@ use std::sync::Arc;
 use compiler::diagnostic::Diagnostic;
 use compiler::preprocess::Includes;
 use compiler::source::SourceMap;
+use jit::shaders::{Shaders, SurfaceReport, Tiering};
 use renderer::camera::View;
 use renderer::image::Image;
 use renderer::shade::RayCounts;
@@ -24,17 +25,35 @@ pub(crate) struct Rendered {
     pub(crate) counts: RayCounts,
 }
 
+/// What evaluates surface functions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Engine {
+    Interpreter,
+    Native,
+}
+
 struct InMemory {
+    engine: Engine,
     images: Vec<Rendered>,
+    reports: Vec<SurfaceReport>,
 }
 
 impl Host for InMemory {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let (scene, surfaces) = scene::<f64>(&job.object);
         let view = View::whole(job.width, job.height, job.fov_deg);
-        let worker = || InterpSurfaces::new(job.program, &surfaces, LIMITS);
-        let result =
-            renderer::render(&scene, &job.illumination(Dialect::Auto), &view, worker, &|_| {});
+        let illumination = job.illumination(Dialect::Auto);
+        let result = match self.engine {
+            Engine::Interpreter => {
+                let worker = || InterpSurfaces::new(job.program, &surfaces, LIMITS);
+                renderer::render(&scene, &illumination, &view, worker, &|_| {})
+            }
+            Engine::Native => {
+                let shaders = Shaders::new(job.program, &surfaces, LIMITS, Tiering::Eager);
+                self.reports.extend(shaders.report());
+                renderer::render(&scene, &illumination, &view, || shaders.worker(), &|_| {})
+            }
+        };
         let (image, counts) =
             result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
         self.images.push(Rendered { name: job.name.to_string(), image, counts });
@@ -54,6 +73,15 @@ impl Includes for Beside {
 
 /// The images of a program; `path` is the file that it stands for.
 pub(crate) fn render_text(path: &Path, text: &str) -> Result<Vec<Rendered>, String> {
+    render_by(Engine::Interpreter, path, text).map(|(images, _)| images)
+}
+
+/// The images of a program by an engine, and how each surface was evaluated.
+pub(crate) fn render_by(
+    engine: Engine,
+    path: &Path,
+    text: &str,
+) -> Result<(Vec<Rendered>, Vec<SurfaceReport>), String> {
     let mut sources = SourceMap::default();
     let file = sources
         .add(&path.display().to_string(), text.as_bytes().to_vec())
@@ -71,9 +99,9 @@ pub(crate) fn render_text(path: &Path, text: &str) -> Result<Vec<Rendered>, Stri
     let bytecode = compiler::compile(&mut sources, file, &mut Beside, &[])
         .map_err(|diagnostics| told(&sources, &diagnostics[0]))?;
     let program = Arc::new(LoadedProgram::new(bytecode));
-    let mut host = InMemory { images: Vec::new() };
+    let mut host = InMemory { engine, images: Vec::new(), reports: Vec::new() };
     match Machine::new(&program, LIMITS).run(&mut host) {
-        Ok(_) => Ok(host.images),
+        Ok(_) => Ok((host.images, host.reports)),
         Err(error) => Err(told(&sources, &error.into_diagnostic())),
     }
 }

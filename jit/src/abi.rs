@@ -1,0 +1,51 @@
+//! What native shaders and their callers agree on.
+
+use renderer::surface::SurfaceSample;
+
+/// Where a shader leaves its results.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[repr(C)]
+pub(crate) struct SurfaceOut {
+    pub(crate) color: [f64; 3],
+    pub(crate) kd: f64,
+    pub(crate) ks: f64,
+    pub(crate) phong_exp: f64,
+}
+
+/// A shader returns this when it has written its results.
+pub(crate) const DONE: i32 = 0;
+/// A shader returns this when the interpreter must do the call: nothing has been written.
+pub(crate) const LEFT: i32 = 1;
+
+/// Native code: uniforms, face, u, v, fuel, results; [`DONE`] or [`LEFT`].
+pub(crate) type SurfaceFn =
+    unsafe extern "C" fn(uniforms: *const u64, face: i64, u: f64, v: f64, fuel: i64, out: *mut SurfaceOut) -> i32;
+
+impl SurfaceOut {
+    pub(crate) fn sample(&self) -> SurfaceSample {
+        SurfaceSample {
+            color: glam::DVec3::from_array(self.color),
+            kd: self.kd,
+            ks: self.ks,
+            phong_exp: self.phong_exp,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_lie_in_a_row() {
+        use std::mem::offset_of;
+        assert_eq!(size_of::<SurfaceOut>(), 48);
+        let offsets = [
+            offset_of!(SurfaceOut, color),
+            offset_of!(SurfaceOut, kd),
+            offset_of!(SurfaceOut, ks),
+            offset_of!(SurfaceOut, phong_exp),
+        ];
+        assert_eq!(offsets, [0, 24, 32, 40]);
+    }
+}

@@ -1,0 +1,386 @@
+//! SSA to Cranelift's intermediate representation.
+//!
+//! Arithmetic becomes the same IEEE operations that `compiler::scalar` performs, in the same order
+//! and never contracted. Where that has no result (overflow, a root of a negative number, ...) the
+//! code branches to one block that returns [`LEFT`].
+
+use compiler::op::Operator;
+use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
+use cranelift_codegen::ir::{
+    self, AbiParam, BlockArg, InstBuilder, JumpTableData, MemFlagsData, Signature, SourceLoc, types,
+};
+use cranelift_codegen::isa::TargetFrontendConfig;
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+
+use crate::abi::{DONE, LEFT};
+use crate::runtime;
+use crate::sir::{Block, FACE, Inst, N_ARGUMENTS, Shader, Site, Term, Type, U, V, Val};
+
+/// The signature of [`SurfaceFn`](crate::abi::SurfaceFn).
+pub(crate) fn signature(call_conv: cranelift_codegen::isa::CallConv, pointer: ir::Type) -> Signature {
+    let mut signature = Signature::new(call_conv);
+    let params = [pointer, types::I64, types::F64, types::F64, types::I64, pointer];
+    signature.params.extend(params.map(AbiParam::new));
+    signature.returns.push(AbiParam::new(types::I32));
+    signature
+}
+
+/// Where source locations of the code point to.
+pub(crate) type Sites = Vec<Site>;
+
+/// Fills `function`, whose signature is set, with a shader; `tables` are the addresses of its
+/// tables. Returns the instructions of the bytecode by source location.
+pub(crate) fn lower(
+    shader: &Shader,
+    tables: &[*const u64],
+    function: &mut ir::Function,
+    context: &mut FunctionBuilderContext,
+    config: TargetFrontendConfig,
+) -> Sites {
+    let mut builder = FunctionBuilder::new(function, context);
+    let blocks: Vec<ir::Block> = shader.blocks.iter().map(|_| builder.create_block()).collect();
+    let entry = builder.create_block();
+    let leave = builder.create_block();
+    builder.set_cold_block(leave);
+    let mut lowering = Lowering {
+        shader,
+        tables,
+        live: shader.live(),
+        builder,
+        values: vec![None; shader.types.len()],
+        blocks,
+        leave,
+        fuel: None,
+        out: None,
+        pointer: config.pointer_type(),
+        call_conv: config.default_call_conv,
+        sites: Vec::new(),
+    };
+    lowering.entry(entry);
+    for index in 0..shader.blocks.len() {
+        lowering.block(Block(index as u32));
+    }
+    let Lowering { mut builder, leave, sites, .. } = lowering;
+    builder.switch_to_block(leave);
+    let left = builder.ins().iconst(types::I32, i64::from(LEFT));
+    builder.ins().return_(&[left]);
+    builder.seal_all_blocks();
+    builder.finalize(config);
+    sites
+}
+
+struct Lowering<'s, 'f> {
+    shader: &'s Shader,
+    tables: &'s [*const u64],
+    live: Vec<bool>,
+    builder: FunctionBuilder<'f>,
+    values: Vec<Option<ir::Value>>,
+    blocks: Vec<ir::Block>,
+    leave: ir::Block,
+    /// What is left of the fuel, if the shader has loops.
+    fuel: Option<cranelift_frontend::Variable>,
+    out: Option<ir::Value>,
+    pointer: ir::Type,
+    call_conv: cranelift_codegen::isa::CallConv,
+    sites: Sites,
+}
+
+fn clif_type(ty: Type) -> ir::Type {
+    match ty {
+        Type::Real => types::F64,
+        Type::Int => types::I64,
+        Type::Bool => types::I8,
+    }
+}
+
+impl Lowering<'_, '_> {
+    fn is_live(&self, val: Val) -> bool {
+        self.live[val.0 as usize]
+    }
+
+    fn value(&self, val: Val) -> ir::Value {
+        self.values[val.0 as usize].expect("definitions come before uses")
+    }
+
+    /// Arguments, uniforms, and the blocks' parameters.
+    fn entry(&mut self, entry: ir::Block) {
+        self.builder.append_block_params_for_function_params(entry);
+        self.builder.switch_to_block(entry);
+        let [uniforms, face, u, v, fuel, out] = self.builder.block_params(entry)[..] else {
+            unreachable!("the signature has six parameters")
+        };
+        for (val, value) in [(FACE, face), (U, u), (V, v)] {
+            self.values[val.0 as usize] = Some(value);
+        }
+        self.out = Some(out);
+        if self.shader.blocks.iter().any(|block| block.is_loop) {
+            let variable = self.builder.declare_var(types::I64);
+            self.builder.def_var(variable, fuel);
+            self.fuel = Some(variable);
+        }
+        for index in 0..self.shader.n_uniforms {
+            let val = Val(N_ARGUMENTS + index);
+            if self.is_live(val) {
+                let ty = clif_type(self.shader.type_of(val));
+                let flags = MemFlagsData::trusted().with_readonly();
+                let value = self.builder.ins().load(ty, flags, uniforms, index as i32 * 8);
+                self.values[val.0 as usize] = Some(value);
+            }
+        }
+        for (index, block) in self.shader.blocks.iter().enumerate() {
+            for &param in block.params.iter().filter(|param| self.live[param.0 as usize]) {
+                let ty = clif_type(self.shader.type_of(param));
+                let value = self.builder.append_block_param(self.blocks[index], ty);
+                self.values[param.0 as usize] = Some(value);
+            }
+        }
+        self.builder.ins().jump(self.blocks[0], &[]);
+    }
+
+    fn block(&mut self, block: Block) {
+        let shader = self.shader;
+        let data = &shader.blocks[block.0 as usize];
+        self.builder.switch_to_block(self.blocks[block.0 as usize]);
+        if data.is_loop {
+            self.take_fuel();
+        }
+        for (val, inst, site) in &data.insts {
+            if self.is_live(*val) {
+                self.locate(*site);
+                let value = self.inst(inst);
+                self.values[val.0 as usize] = Some(value);
+            }
+        }
+        match &data.term {
+            Some(term) => self.term(term),
+            // Nothing leads here.
+            None => {
+                self.builder.ins().jump(self.leave, &[]);
+            }
+        }
+    }
+
+    fn locate(&mut self, site: Site) {
+        if self.sites.last() != Some(&site) {
+            self.sites.push(site);
+            self.builder.set_srcloc(SourceLoc::new(self.sites.len() as u32 - 1));
+        }
+    }
+
+    /// Pays for one more round with the cost of all the code, which no round exceeds.
+    fn take_fuel(&mut self) {
+        let variable = self.fuel.expect("declared when there are loops");
+        let fuel = self.builder.use_var(variable);
+        let cost = i64::try_from(self.shader.cost).unwrap_or(i64::MAX);
+        let rest = self.builder.ins().iadd_imm_s(fuel, cost.wrapping_neg());
+        self.builder.def_var(variable, rest);
+        let is_out = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
+        self.leave_if(is_out);
+    }
+
+    fn leave_if(&mut self, condition: ir::Value) {
+        let on = self.builder.create_block();
+        self.builder.ins().brif(condition, self.leave, &[], on, &[]);
+        self.builder.switch_to_block(on);
+    }
+
+    fn term(&mut self, term: &Term) {
+        match term {
+            Term::Jump(target, args) => {
+                let params = &self.shader.blocks[target.0 as usize].params;
+                let args: Vec<BlockArg> = params
+                    .iter()
+                    .zip(args)
+                    .filter(|(param, _)| self.is_live(**param))
+                    .map(|(_, arg)| BlockArg::Value(self.value(*arg)))
+                    .collect();
+                self.builder.ins().jump(self.blocks[target.0 as usize], &args);
+            }
+            Term::Branch(condition, [yes, no]) => {
+                let condition = self.value(*condition);
+                let (yes, no) = (self.blocks[yes.0 as usize], self.blocks[no.0 as usize]);
+                self.builder.ins().brif(condition, yes, &[], no, &[]);
+            }
+            Term::Switch(tag, targets) => self.switch(*tag, targets),
+            Term::Return(vals) => self.return_(vals),
+            Term::Leave => {
+                self.builder.ins().jump(self.leave, &[]);
+            }
+        }
+    }
+
+    fn switch(&mut self, tag: Val, targets: &[Block]) {
+        let tag = self.value(tag);
+        let tag = self.builder.ins().ireduce(types::I32, tag);
+        let pool = &mut self.builder.func.dfg.value_lists;
+        let call = |block: &Block, pool: &mut ir::ValueListPool| {
+            ir::BlockCall::new(self.blocks[block.0 as usize], [], pool)
+        };
+        let (last, others) = targets.split_last().expect("a choice has alternatives");
+        let others: Vec<_> = others.iter().map(|block| call(block, pool)).collect();
+        let table = JumpTableData::new(call(last, pool), &others);
+        let table = self.builder.create_jump_table(table);
+        self.builder.ins().br_table(tag, table);
+    }
+
+    fn return_(&mut self, vals: &[Val; 6]) {
+        let out = self.out.expect("set at the entry");
+        for (index, val) in vals.iter().enumerate() {
+            let value = self.value(*val);
+            self.builder.ins().store(MemFlagsData::trusted(), value, out, index as i32 * 8);
+        }
+        let done = self.builder.ins().iconst(types::I32, i64::from(DONE));
+        self.builder.ins().return_(&[done]);
+    }
+
+    fn inst(&mut self, inst: &Inst) -> ir::Value {
+        match *inst {
+            Inst::Real(value) => self.builder.ins().f64const(value),
+            Inst::Int(value) => self.builder.ins().iconst(types::I64, value),
+            Inst::Bool(value) => self.builder.ins().iconst(types::I8, i64::from(value)),
+            Inst::IntOfBool(val) => {
+                let value = self.value(val);
+                self.builder.ins().uextend(types::I64, value)
+            }
+            Inst::Scalar(op, [a, b]) => self.scalar(op, self.value(a), self.value(b)),
+            Inst::Checked { index, length } => {
+                let index = self.value(index);
+                // Unsigned, negative indices are the largest.
+                let is_out =
+                    self.builder.ins().icmp_imm_s(IntCC::UnsignedGreaterThanOrEqual, index, i64::from(length));
+                self.leave_if(is_out);
+                index
+            }
+            Inst::Offset { offset, index, stride } => {
+                let index = self.value(index);
+                let scaled =
+                    if stride == 1 { index } else { self.builder.ins().imul_imm_s(index, i64::from(stride)) };
+                match offset {
+                    Some(offset) => {
+                        let offset = self.value(offset);
+                        self.builder.ins().iadd(offset, scaled)
+                    }
+                    None => scaled,
+                }
+            }
+            Inst::Entry { table, index } => self.entry_of_table(table, index),
+        }
+    }
+
+    fn entry_of_table(&mut self, table: u32, index: Val) -> ir::Value {
+        let base = self.builder.ins().iconst(self.pointer, self.tables[table as usize] as i64);
+        let index = self.value(index);
+        let bytes = self.builder.ins().ishl_imm_s(index, 3);
+        let address = self.builder.ins().iadd(base, bytes);
+        let ty = clif_type(self.shader.tables[table as usize].ty);
+        self.builder.ins().load(ty, MemFlagsData::trusted().with_readonly(), address, 0)
+    }
+
+    // Operators, as in `compiler::scalar`.
+
+    fn scalar(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
+        if let Some(function) = runtime::function(op) {
+            return self.call(function, a);
+        }
+        match op {
+            Operator::AddF => self.builder.ins().fadd(a, b),
+            Operator::SubF => self.builder.ins().fsub(a, b),
+            Operator::MulF => self.builder.ins().fmul(a, b),
+            Operator::DivF => self.builder.ins().fdiv(a, b),
+            Operator::NegF => self.builder.ins().fneg(a),
+            Operator::EqF => self.builder.ins().fcmp(FloatCC::Equal, a, b),
+            Operator::LessF => self.builder.ins().fcmp(FloatCC::LessThan, a, b),
+            Operator::EqI => self.builder.ins().icmp(IntCC::Equal, a, b),
+            Operator::LessI => self.builder.ins().icmp(IntCC::SignedLessThan, a, b),
+            Operator::RealOf => self.builder.ins().fcvt_from_sint(types::F64, a),
+            Operator::Frac => {
+                let whole = self.builder.ins().trunc(a);
+                let part = self.builder.ins().fsub(a, whole);
+                self.builder.ins().fcopysign(part, a)
+            }
+            Operator::ClampF => self.clamp(a),
+            Operator::Sqrt => {
+                let zero = self.builder.ins().f64const(0.0);
+                let is_negative = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
+                self.leave_if(is_negative);
+                self.builder.ins().sqrt(a)
+            }
+            Operator::Floor => self.floor(a),
+            Operator::AddI | Operator::SubI => self.add_or_sub(op, a, b),
+            Operator::MulI => self.multiply(a, b),
+            Operator::NegI => {
+                let is_least = self.builder.ins().icmp_imm_s(IntCC::Equal, a, i64::MIN);
+                self.leave_if(is_least);
+                self.builder.ins().ineg(a)
+            }
+            Operator::DivI | Operator::ModI => self.divide(op, a, b),
+            _ => unreachable!("the specializer performs {op:?} itself"),
+        }
+    }
+
+    fn call(&mut self, function: runtime::RealFn, argument: ir::Value) -> ir::Value {
+        let mut signature = Signature::new(self.call_conv);
+        signature.params.push(AbiParam::new(types::F64));
+        signature.returns.push(AbiParam::new(types::F64));
+        let signature = self.builder.import_signature(signature);
+        // An absolute address needs no relocation, however far away the code lies.
+        let address = self.builder.ins().iconst(self.pointer, function as usize as i64);
+        let call = self.builder.ins().call_indirect(signature, address, &[argument]);
+        self.builder.inst_results(call)[0]
+    }
+
+    fn clamp(&mut self, a: ir::Value) -> ir::Value {
+        let zero = self.builder.ins().f64const(0.0);
+        let one = self.builder.ins().f64const(1.0);
+        let is_above = self.builder.ins().fcmp(FloatCC::GreaterThan, a, one);
+        let at_most_one = self.builder.ins().select(is_above, one, a);
+        let is_below = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
+        self.builder.ins().select(is_below, zero, at_most_one)
+    }
+
+    fn floor(&mut self, a: ir::Value) -> ir::Value {
+        let below = self.builder.ins().floor(a);
+        let low = self.builder.ins().f64const(-9_223_372_036_854_775_808.0);
+        let high = self.builder.ins().f64const(9_223_372_036_854_775_808.0);
+        // Written so that NaN is out of range too.
+        let reaches = self.builder.ins().fcmp(FloatCC::GreaterThanOrEqual, below, low);
+        let fits = self.builder.ins().fcmp(FloatCC::LessThan, below, high);
+        let is_in = self.builder.ins().band(reaches, fits);
+        let is_out = self.builder.ins().icmp_imm_s(IntCC::Equal, is_in, 0);
+        self.leave_if(is_out);
+        self.builder.ins().fcvt_to_sint_sat(types::I64, below)
+    }
+
+    fn add_or_sub(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
+        // It overflows if the result's sign differs from both operands' (of -b, for a - b).
+        let (result, other_sign) = if op == Operator::AddI {
+            let result = self.builder.ins().iadd(a, b);
+            (result, self.builder.ins().bxor(b, result))
+        } else {
+            let result = self.builder.ins().isub(a, b);
+            (result, self.builder.ins().bxor(a, b))
+        };
+        let sign = self.builder.ins().bxor(a, result);
+        let both = self.builder.ins().band(sign, other_sign);
+        let overflows = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, both, 0);
+        self.leave_if(overflows);
+        result
+    }
+
+    fn multiply(&mut self, a: ir::Value, b: ir::Value) -> ir::Value {
+        let low = self.builder.ins().imul(a, b);
+        let high = self.builder.ins().smulhi(a, b);
+        let sign = self.builder.ins().sshr_imm_s(low, 63);
+        let overflows = self.builder.ins().icmp(IntCC::NotEqual, high, sign);
+        self.leave_if(overflows);
+        low
+    }
+
+    fn divide(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
+        // By 0 there is no result, and by -1 it may overflow: -1 <= b <= 0, moved to start at 0.
+        let moved = self.builder.ins().iadd_imm_s(b, 1);
+        let is_special = self.builder.ins().icmp_imm_s(IntCC::UnsignedLessThanOrEqual, moved, 1);
+        self.leave_if(is_special);
+        if op == Operator::DivI { self.builder.ins().sdiv(a, b) } else { self.builder.ins().srem(a, b) }
+    }
+}

@@ -1,0 +1,211 @@
+//! `get` and `length`: indices that are known, and those that are not.
+
+use std::rc::Rc;
+
+use crate::sir::{Inst, Table, Type, Val};
+use crate::specialize::join::MAX_ALTERNATIVES;
+use crate::specialize::{Run, Specializer, State, Stop};
+use crate::sir::Term;
+use crate::sym::{Elements, Num, Sym, TableView};
+
+/// A table has at most so many entries.
+const MAX_TABLE: usize = 1 << 20;
+
+impl Specializer<'_> {
+    /// `r[target] = r[array] at r[index]`
+    pub(super) fn get(&mut self, mut state: State, target: u8, array: u8, index: u8) -> Run<Option<State>> {
+        let index_sym = state.get(index);
+        let found = match (state.get(array), &index_sym) {
+            (Sym::Choice(tag, alternatives), _) => {
+                let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
+                return self.choose_array(state, array, tag, &alternatives, stop);
+            }
+            (Sym::Array(elements), Sym::Int(Num::Const(index))) => {
+                match usize::try_from(*index).ok().filter(|index| *index < elements.len()) {
+                    Some(index) => elements.get(index),
+                    None => return self.leave(),
+                }
+            }
+            (Sym::Array(elements), Sym::Int(Num::Ssa(index))) => {
+                return self.get_element(state, target, &elements, *index);
+            }
+            (Sym::Table(view), Sym::Int(index)) => {
+                let index = self.int(*index);
+                self.index_view(&view, index)
+            }
+            (_, Sym::Choice(..)) => return self.decline("an index may be of several types"),
+            _ => return self.leave(),
+        };
+        state.set(target, found);
+        Ok(Some(state))
+    }
+
+    /// Repeats the `get` just begun for each array.
+    fn choose_array(
+        &mut self,
+        mut state: State,
+        register: u8,
+        tag: Val,
+        alternatives: &[Sym],
+        stop: Stop,
+    ) -> Run<Option<State>> {
+        state.top_mut().pc -= 1;
+        let blocks: Vec<_> = alternatives.iter().map(|_| self.new_block()).collect();
+        self.end(self.block, Term::Switch(tag, blocks.clone()));
+        let ways = blocks.into_iter().zip(alternatives).map(|(block, alternative)| {
+            let mut way = state.clone();
+            way.set(register, alternative.clone());
+            (block, way)
+        });
+        self.fork(ways.collect(), stop)
+    }
+
+    /// An element by an index that is only known at run time.
+    fn get_element(&mut self, mut state: State, target: u8, elements: &Elements, index: Val) -> Run<Option<State>> {
+        if elements.len() == 0 {
+            return self.leave();
+        }
+        if let Some(view) = self.table(elements)? {
+            let found = self.index_view(&view, index);
+            state.set(target, found);
+            return Ok(Some(state));
+        }
+        if elements.len() > MAX_ALTERNATIVES {
+            return self.decline("it picks from a long array whose elements are not all numbers, or points");
+        }
+        let tag = self.emit(Type::Int, Inst::Checked { index, length: elements.len() as u32 });
+        let parts: Vec<Sym> = (0..elements.len()).map(|i| elements.get(i)).collect();
+        let is_structure = |sym: &Sym| matches!(sym, Sym::Closure(..) | Sym::Array(_) | Sym::Table(_));
+        if parts.iter().all(is_structure) {
+            state.set(target, Sym::Choice(tag, parts.into()));
+            return Ok(Some(state));
+        }
+        // Numbers that are not constant: a way for each, joined at once.
+        let blocks: Vec<_> = parts.iter().map(|_| self.new_block()).collect();
+        self.end(self.block, Term::Switch(tag, blocks.clone()));
+        let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
+        let ways = blocks.into_iter().zip(parts).map(|(block, part)| {
+            let mut way = state.clone();
+            way.set(target, part);
+            (block, way)
+        });
+        self.fork(ways.collect(), stop)
+    }
+
+    /// The element of a view: a part of it, or a number or point.
+    fn index_view(&mut self, view: &TableView, index: Val) -> Sym {
+        let (length, inner) = view.lengths.split_first().expect("a view has an index to come");
+        let index = self.emit(Type::Int, Inst::Checked { index, length: *length });
+        let stride = inner.iter().product();
+        let offset = self.emit(Type::Int, Inst::Offset { offset: Some(view.offset), index, stride });
+        if !inner.is_empty() {
+            return Sym::Table(TableView { tables: view.tables.clone(), lengths: inner.into(), offset });
+        }
+        let ty = self.shader.tables[view.tables[0] as usize].ty;
+        let entries: Vec<Val> =
+            view.tables.iter().map(|&table| self.emit(ty, Inst::Entry { table, index: offset })).collect();
+        match (ty, &entries[..]) {
+            (_, [x, y, z]) => Sym::Point([*x, *y, *z].map(Num::Ssa)),
+            (Type::Real, _) => Sym::Real(Num::Ssa(entries[0])),
+            (Type::Int, _) => Sym::Int(Num::Ssa(entries[0])),
+            (Type::Bool, _) => Sym::Bool(Num::Ssa(entries[0])),
+        }
+    }
+
+    /// The whole of an array as a view, if it holds constant numbers or points of one type, or
+    /// arrays of such that are equally long.
+    fn table(&mut self, elements: &Elements) -> Run<Option<TableView>> {
+        let Some((lengths, leaves)) = flattened(elements) else { return Ok(None) };
+        let Some(columns) = columns(&leaves) else { return Ok(None) };
+        let address = match elements {
+            Elements::Known(array) => std::sync::Arc::as_ptr(&array.0) as usize,
+            Elements::Constant(array) => std::sync::Arc::as_ptr(array) as usize,
+            Elements::Parts(parts) => Rc::as_ptr(parts).cast::<Sym>() as usize,
+        };
+        let offset = self.int(Num::Const(0));
+        let is_kept = !matches!(elements, Elements::Parts(_));
+        if let Some(tables) = self.tables.get(&address).filter(|_| is_kept) {
+            return Ok(Some(TableView { tables: tables.clone(), lengths: lengths.into(), offset }));
+        }
+        let n_entries: usize = self.shader.tables.iter().map(|table| table.entries.len()).sum();
+        if n_entries + leaves.len() > MAX_TABLE {
+            return self.decline("its tables are too large");
+        }
+        let first = self.shader.tables.len() as u32;
+        let tables: Rc<[u32]> = (first..first + columns.len() as u32).collect();
+        self.shader.tables.extend(columns);
+        if is_kept {
+            self.tables.insert(address, tables.clone());
+        }
+        Ok(Some(TableView { tables, lengths: lengths.into(), offset }))
+    }
+
+    /// `r[target] =` number of elements of `r[array]`
+    pub(super) fn length(&mut self, mut state: State, target: u8, array: u8) -> Run<Option<State>> {
+        let length = match state.get(array) {
+            Sym::Array(elements) => elements.len(),
+            Sym::Table(view) => view.lengths[0] as usize,
+            Sym::Choice(tag, alternatives) => {
+                let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
+                return self.choose_array(state, array, tag, &alternatives, stop);
+            }
+            _ => return self.leave(),
+        };
+        state.set(target, Sym::Int(Num::Const(length as i64)));
+        Ok(Some(state))
+    }
+}
+
+/// The lengths of arrays of arrays, and what is innermost, in order; `None` if arrays side by side
+/// differ in length, or are empty.
+fn flattened(elements: &Elements) -> Option<(Vec<u32>, Vec<Sym>)> {
+    let mut lengths = Vec::new();
+    let mut level: Vec<Sym> = vec![Sym::Array(elements.clone())];
+    while let Some(Sym::Array(first)) = level.first() {
+        let length = first.len();
+        lengths.push(u32::try_from(length).ok()?);
+        if length == 0 || length.checked_mul(level.len())? > MAX_TABLE {
+            return None;
+        }
+        let mut inner = Vec::with_capacity(length * level.len());
+        for sym in &level {
+            let Sym::Array(elements) = sym else { return None };
+            if elements.len() != length {
+                return None;
+            }
+            inner.extend((0..length).map(|index| elements.get(index)));
+        }
+        level = inner;
+    }
+    Some((lengths, level))
+}
+
+/// Constant numbers as a table, or points as three.
+fn columns(leaves: &[Sym]) -> Option<Vec<Table>> {
+    let column = |ty: Type, bits: &dyn Fn(&Sym) -> Option<u64>| {
+        let entries: Option<Vec<u64>> = leaves.iter().map(bits).collect();
+        entries.map(|entries| Table { ty, entries })
+    };
+    let component = |index: usize| {
+        column(Type::Real, &|sym| match sym {
+            Sym::Point(point) => if let Num::Const(c) = point[index] { Some(c.to_bits()) } else { None },
+            _ => None,
+        })
+    };
+    match leaves.first()? {
+        Sym::Real(_) => {
+            let bits = |sym: &Sym| if let Sym::Real(Num::Const(x)) = sym { Some(x.to_bits()) } else { None };
+            Some(vec![column(Type::Real, &bits)?])
+        }
+        Sym::Int(_) => {
+            let bits = |sym: &Sym| if let Sym::Int(Num::Const(x)) = sym { Some(*x as u64) } else { None };
+            Some(vec![column(Type::Int, &bits)?])
+        }
+        Sym::Bool(_) => {
+            let bits = |sym: &Sym| if let Sym::Bool(Num::Const(x)) = sym { Some(u64::from(*x)) } else { None };
+            Some(vec![column(Type::Bool, &bits)?])
+        }
+        Sym::Point(_) => Some(vec![component(0)?, component(1)?, component(2)?]),
+        _ => None,
+    }
+}

@@ -1,0 +1,416 @@
+//! Where ways meet: the sides of a fork, and the rounds of a loop.
+
+use std::collections::BTreeSet;
+use std::rc::Rc;
+
+use crate::sir::{Block, Inst, Term, Type, Val};
+use crate::specialize::path::{CAPTURES, Path, STACK, any_within};
+use crate::specialize::{Abort, Entry, Frame, Head, Run, Specializer, State};
+use crate::sym::{Captures, Elements, Num, Sym};
+
+/// A choice has at most so many alternatives.
+pub(super) const MAX_ALTERNATIVES: usize = 64;
+
+/// A scalar of any type.
+#[derive(Clone, Copy)]
+enum Scalar {
+    Real(Num<f64>),
+    Int(Num<i64>),
+    Bool(Num<bool>),
+}
+
+/// A joining of several ways: the block where they meet, and what each brings along.
+struct Meeting {
+    block: Block,
+    /// The last block of each way.
+    ways: Vec<Block>,
+    args: Vec<Vec<Scalar>>,
+}
+
+impl Specializer<'_> {
+    /// Joins the ends of ways; `None` if there are none.
+    pub(super) fn join(&mut self, mut ends: Vec<(Block, State)>) -> Run<Option<State>> {
+        if ends.len() < 2 {
+            return Ok(ends.pop().map(|(block, state)| {
+                self.block = block;
+                state
+            }));
+        }
+        self.check_size()?;
+        let mut meeting = Meeting {
+            block: self.new_block(),
+            ways: ends.iter().map(|(block, _)| *block).collect(),
+            args: vec![Vec::new(); ends.len()],
+        };
+        let joined = self.join_states(&mut meeting, &ends)?;
+        for (&block, args) in meeting.ways.iter().zip(&meeting.args) {
+            self.block = block;
+            let args = args.iter().map(|scalar| self.materialize(*scalar)).collect();
+            self.end(block, Term::Jump(meeting.block, args));
+        }
+        self.block = meeting.block;
+        Ok(Some(joined))
+    }
+
+    fn join_states(&mut self, meeting: &mut Meeting, ends: &[(Block, State)]) -> Run<State> {
+        let first = &ends[0].1;
+        let alike = |state: &State| {
+            state.stack.len() == first.stack.len() && state.floor == first.floor && state.floors == first.floors
+        };
+        if !ends.iter().all(|(_, state)| alike(state)) {
+            return self.decline("the sides of a condition leave different numbers of values");
+        }
+        let mut joined = first.clone();
+        for index in 0..first.stack.len() {
+            let syms: Vec<&Sym> = ends.iter().map(|(_, state)| &state.stack[index]).collect();
+            joined.stack[index] = self.join_syms(meeting, &syms)?;
+        }
+        if let Some(frame) = first.frames.last() {
+            let frame = Frame { registers: self.join_registers(meeting, frame, ends)?, ..Frame::clone(frame) };
+            *joined.frames.last_mut().expect("as many as the first has") = Rc::new(frame);
+        }
+        Ok(joined)
+    }
+
+    /// The registers that are still to be read. The frames below have not changed.
+    fn join_registers(&mut self, meeting: &mut Meeting, frame: &Frame, ends: &[(Block, State)]) -> Run<Vec<Sym>> {
+        let live = self.live_registers(frame.function)[frame.pc];
+        let n_registers = self.function(frame.function).n_registers as usize;
+        let mut registers = vec![Sym::Dead; frame.registers.len()];
+        for (index, register) in registers.iter_mut().enumerate() {
+            // Spill slots lie behind the registers and may be read until the function returns.
+            let is_live = index >= n_registers || live[index / 64] >> (index % 64) & 1 == 1;
+            let of_ways = ends.iter().filter_map(|(_, state)| Some(&state.frames.last()?.registers[index]));
+            if is_live {
+                *register = self.join_syms(meeting, &of_ways.collect::<Vec<_>>())?;
+            }
+        }
+        Ok(registers)
+    }
+
+    /// One value in place of those of all ways: what is the same stays, scalars become parameters,
+    /// structures are joined part by part, and what is too different becomes a choice.
+    fn join_syms(&mut self, meeting: &mut Meeting, syms: &[&Sym]) -> Run<Sym> {
+        let first = syms[0];
+        if syms[1..].iter().all(|sym| first.is_same(sym)) {
+            return Ok(first.clone());
+        }
+        if syms.iter().any(|sym| matches!(sym, Sym::Dead)) {
+            return Ok(Sym::Dead);
+        }
+        if let Some(scalars) = all(syms, scalar) {
+            let same_type = scalars.iter().all(|s| std::mem::discriminant(s) == std::mem::discriminant(&scalars[0]));
+            if same_type {
+                return Ok(self.join_scalars(meeting, &scalars));
+            }
+        }
+        if let Some(points) = all(syms, |sym| if let Sym::Point(point) = sym { Some(*point) } else { None }) {
+            let component = |specializer: &mut Self, meeting: &mut Meeting, i: usize| {
+                let same = points[1..].iter().all(|point| crate::sym::same_real(&point[i], &points[0][i]));
+                if same {
+                    return points[0][i];
+                }
+                let scalars: Vec<Scalar> = points.iter().map(|point| Scalar::Real(point[i])).collect();
+                match specializer.join_scalars(meeting, &scalars) {
+                    Sym::Real(num) => num,
+                    _ => unreachable!("reals join to a real"),
+                }
+            };
+            let x = component(self, meeting, 0);
+            let y = component(self, meeting, 1);
+            let z = component(self, meeting, 2);
+            return Ok(Sym::Point([x, y, z]));
+        }
+        if let Some((shell, n_parts)) = common_shell(syms) {
+            let mut parts = Vec::with_capacity(n_parts);
+            for index in 0..n_parts {
+                let of_ways: Vec<Sym> = syms.iter().map(|sym| part(sym, index)).collect();
+                parts.push(self.join_syms(meeting, &of_ways.iter().collect::<Vec<_>>())?);
+            }
+            return Ok(shell.with(parts.into()));
+        }
+        self.choice(meeting, syms)
+    }
+
+    fn join_scalars(&mut self, meeting: &mut Meeting, scalars: &[Scalar]) -> Sym {
+        let ty = scalars[0].ty();
+        let param = self.param(meeting.block, ty);
+        for (args, scalar) in meeting.args.iter_mut().zip(scalars) {
+            args.push(*scalar);
+        }
+        sym_of(ty, param)
+    }
+
+    /// The alternatives of all ways in a row, and a parameter that tells which one is meant.
+    fn choice(&mut self, meeting: &mut Meeting, syms: &[&Sym]) -> Run<Sym> {
+        let mut alternatives: Vec<Sym> = Vec::new();
+        let mut tags = Vec::new();
+        for (way, sym) in syms.iter().enumerate() {
+            let base = alternatives.len() as i64;
+            match sym {
+                Sym::Choice(tag, of_way) => {
+                    let tag = if base == 0 { *tag } else { self.shifted(meeting, way, *tag, base) };
+                    tags.push(Scalar::Int(Num::Ssa(tag)));
+                    alternatives.extend(of_way.iter().cloned());
+                }
+                _ => {
+                    let known = alternatives.iter().position(|known| known.is_same(sym));
+                    tags.push(Scalar::Int(Num::Const(known.map_or(base, |index| index as i64))));
+                    if known.is_none() {
+                        alternatives.push((*sym).clone());
+                    }
+                }
+            }
+        }
+        if alternatives.len() > MAX_ALTERNATIVES {
+            return self.decline("it chooses among too many values");
+        }
+        let Sym::Int(Num::Ssa(tag)) = self.join_scalars(meeting, &tags) else {
+            unreachable!("the joined tag is a parameter")
+        };
+        Ok(Sym::Choice(tag, alternatives.into()))
+    }
+
+    /// `tag + base`, computed at the end of a way.
+    fn shifted(&mut self, meeting: &Meeting, way: usize, tag: Val, base: i64) -> Val {
+        self.block = meeting.ways[way];
+        let base = self.int(Num::Const(base));
+        self.emit(Type::Int, Inst::Offset { offset: Some(tag), index: base, stride: 1 })
+    }
+
+    fn materialize(&mut self, scalar: Scalar) -> Val {
+        match scalar {
+            Scalar::Real(num) => self.real(num),
+            Scalar::Int(num) => self.int(num),
+            Scalar::Bool(num) => self.bool(num),
+        }
+    }
+}
+
+impl Scalar {
+    fn ty(self) -> Type {
+        match self {
+            Scalar::Real(_) => Type::Real,
+            Scalar::Int(_) => Type::Int,
+            Scalar::Bool(_) => Type::Bool,
+        }
+    }
+}
+
+fn sym_of(ty: Type, val: Val) -> Sym {
+    match ty {
+        Type::Real => Sym::Real(Num::Ssa(val)),
+        Type::Int => Sym::Int(Num::Ssa(val)),
+        Type::Bool => Sym::Bool(Num::Ssa(val)),
+    }
+}
+
+fn scalar(sym: &Sym) -> Option<Scalar> {
+    match sym {
+        Sym::Real(num) => Some(Scalar::Real(*num)),
+        Sym::Int(num) => Some(Scalar::Int(*num)),
+        Sym::Bool(num) => Some(Scalar::Bool(*num)),
+        _ => None,
+    }
+}
+
+fn all<T>(syms: &[&Sym], f: impl Fn(&Sym) -> Option<T>) -> Option<Vec<T>> {
+    syms.iter().map(|sym| f(sym)).collect()
+}
+
+/// A structure without its parts.
+enum Shell {
+    Closure(u32),
+    Array,
+}
+
+impl Shell {
+    fn of(sym: &Sym) -> Option<(Shell, usize)> {
+        match sym {
+            Sym::Closure(function, captures) => Some((Shell::Closure(*function), captures.len())),
+            Sym::Array(elements) => Some((Shell::Array, elements.len())),
+            _ => None,
+        }
+    }
+
+    fn with(self, parts: Rc<[Sym]>) -> Sym {
+        match self {
+            Shell::Closure(function) => Sym::Closure(function, Captures::Parts(parts)),
+            Shell::Array => Sym::Array(Elements::Parts(parts)),
+        }
+    }
+
+    fn is_same(&self, other: &Shell) -> bool {
+        match (self, other) {
+            (Shell::Closure(f), Shell::Closure(g)) => f == g,
+            (Shell::Array, Shell::Array) => true,
+            _ => false,
+        }
+    }
+}
+
+/// The structure that all values have in common, if they do, and its number of parts.
+fn common_shell(syms: &[&Sym]) -> Option<(Shell, usize)> {
+    let (shell, n_parts) = Shell::of(syms[0])?;
+    let fits = |sym: &&Sym| Shell::of(sym).is_some_and(|(other, n)| shell.is_same(&other) && n == n_parts);
+    // Joining long arrays part by part would make a parameter of each part.
+    (n_parts <= MAX_ALTERNATIVES && syms[1..].iter().all(fits)).then_some((shell, n_parts))
+}
+
+fn part(sym: &Sym, index: usize) -> Sym {
+    match sym {
+        Sym::Closure(_, captures) => captures.get(index),
+        Sym::Array(elements) => elements.get(index),
+        _ => Sym::Dead,
+    }
+}
+
+// Loops.
+
+/// What a loop's head is made with, or what a round brings along.
+struct Round<'l> {
+    varying: &'l BTreeSet<Path>,
+    values: Vec<(Path, Scalar)>,
+    newly_varying: Vec<Path>,
+    has_other_shape: bool,
+}
+
+impl Specializer<'_> {
+    /// Starts a loop here if the entry with this number is known to be one's head. Returns the
+    /// captured values as the loop sees them.
+    pub(super) fn loop_head(
+        &mut self,
+        state: &mut State,
+        captures: Captures,
+        ordinal: usize,
+    ) -> Run<(Captures, Rc<Head>)> {
+        let mut known: Vec<Sym> = (0..captures.len()).map(|index| captures.get(index)).collect();
+        let Some(varying) = self.loops.get(&ordinal).cloned() else {
+            let head = Head { block: None, params: Vec::new(), stack: state.stack.clone(), captures: known };
+            return Ok((captures, Rc::new(head)));
+        };
+        let block = self.new_block();
+        self.shader.blocks[block.0 as usize].is_loop = true;
+        let mut params = Vec::new();
+        let mut args = Vec::new();
+        for (root, syms) in [(STACK, &mut state.stack), (CAPTURES, &mut known)] {
+            for (index, sym) in syms.iter_mut().enumerate() {
+                let mut path = vec![root, index as u32];
+                *sym = self.generalized(sym, &mut path, &varying, block, &mut params, &mut args);
+            }
+        }
+        let args = args.into_iter().map(|scalar| self.materialize(scalar)).collect();
+        self.end(self.block, Term::Jump(block, args));
+        self.block = block;
+        let head = Head { block: Some(block), params, stack: state.stack.clone(), captures: known.clone() };
+        Ok((Captures::Parts(known.into()), Rc::new(head)))
+    }
+
+    /// A value with parameters in place of the scalars that vary.
+    fn generalized(
+        &mut self,
+        sym: &Sym,
+        path: &mut Path,
+        varying: &BTreeSet<Path>,
+        block: Block,
+        params: &mut Vec<(Path, Val)>,
+        args: &mut Vec<Scalar>,
+    ) -> Sym {
+        if !any_within(varying, path) {
+            return sym.clone();
+        }
+        if let Some(scalar) = scalar(sym) {
+            let param = self.param(block, scalar.ty());
+            params.push((path.clone(), param));
+            args.push(scalar);
+            return sym_of(scalar.ty(), param);
+        }
+        let mut of_part = |specializer: &mut Self, index: usize, part: &Sym| {
+            path.push(index as u32);
+            let general = specializer.generalized(part, path, varying, block, params, args);
+            path.pop();
+            general
+        };
+        if let Sym::Point(point) = sym {
+            let parts = [0, 1, 2].map(|index| match of_part(self, index, &Sym::Real(point[index])) {
+                Sym::Real(num) => num,
+                _ => point[index],
+            });
+            return Sym::Point(parts);
+        }
+        let Some((shell, n_parts)) = Shell::of(sym) else { return sym.clone() };
+        let parts: Vec<Sym> = (0..n_parts).map(|index| of_part(self, index, &part(sym, index))).collect();
+        shell.with(parts.into())
+    }
+
+    /// Ends this way with a jump back to where `entry` was entered, for a further round.
+    pub(super) fn next_round(&mut self, state: &State, entry: &Entry, captures: &Captures) -> Run<Option<State>> {
+        let head = entry.head.clone();
+        if state.stack.len() != head.stack.len() || captures.len() != head.captures.len() {
+            return self.decline("its loop leaves more or fewer values with each round");
+        }
+        let varying = self.loops.get(&entry.ordinal).cloned().unwrap_or_default();
+        let mut round = Round { varying: &varying, values: Vec::new(), newly_varying: Vec::new(), has_other_shape: false };
+        for (index, (old, new)) in head.stack.iter().zip(&state.stack).enumerate() {
+            round.compare(old, new, &mut vec![STACK, index as u32]);
+        }
+        for (index, old) in head.captures.iter().enumerate() {
+            round.compare(old, &captures.get(index), &mut vec![CAPTURES, index as u32]);
+        }
+        let Round { values, newly_varying, has_other_shape, .. } = round;
+        if has_other_shape {
+            return self.decline("its loop changes the shape or the code of a value");
+        }
+        if !newly_varying.is_empty() {
+            // What was found for later entries may not fit the next run.
+            self.loops.retain(|ordinal, _| *ordinal <= entry.ordinal);
+            self.loops.entry(entry.ordinal).or_default().extend(newly_varying);
+            return Err(Abort::Restart);
+        }
+        let Some(block) = head.block else {
+            // Nothing changes: it never ends, and the interpreter says so.
+            return self.leave();
+        };
+        let value_at = |path: &Path| values.iter().find(|(at, _)| at == path).map(|(_, scalar)| *scalar);
+        let scalars: Option<Vec<Scalar>> = head.params.iter().map(|(path, _)| value_at(path)).collect();
+        let Some(scalars) = scalars else {
+            return self.decline("its loop changes the shape of a value");
+        };
+        let args = scalars.into_iter().map(|scalar| self.materialize(scalar)).collect();
+        self.end(self.block, Term::Jump(block, args));
+        Ok(None)
+    }
+}
+
+impl Round<'_> {
+    /// Compares a value with that of the first round: scalars at varying places are noted, all
+    /// others must be the same.
+    fn compare(&mut self, old: &Sym, new: &Sym, path: &mut Path) {
+        if !any_within(self.varying, path) && old.is_same(new) {
+            return;
+        }
+        if let (Some(before), Some(now)) = (scalar(old), scalar(new)) {
+            if std::mem::discriminant(&before) != std::mem::discriminant(&now) {
+                self.has_other_shape = true;
+            } else if self.varying.contains(path) {
+                self.values.push((path.clone(), now));
+            } else {
+                self.newly_varying.push(path.clone());
+            }
+            return;
+        }
+        let mut parts = Vec::new();
+        if let (Sym::Point(a), Sym::Point(b)) = (old, new) {
+            parts.extend((0..3).map(|i| (Sym::Real(a[i]), Sym::Real(b[i]))));
+        } else if let Some((_, n_parts)) = common_shell(&[old, new]) {
+            parts.extend((0..n_parts).map(|i| (part(old, i), part(new, i))));
+        } else {
+            self.has_other_shape = true;
+        }
+        for (index, (old, new)) in parts.iter().enumerate() {
+            path.push(index as u32);
+            self.compare(old, new, path);
+            path.pop();
+        }
+    }
+}
