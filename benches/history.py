@@ -6,9 +6,10 @@
 
 writes into the directory OUT
     kernels.csv  what `cargo bench --bench surfaces` prints, once for each of three runs
-    scenes.csv   one line for each run of each scene of scenes/ and ../shared/scenes, with 1 and 2
-                 threads in turn: wall and processor time, and the phases that --stats tells
-    pairs.csv    the same for ../shared/bench with 1 thread
+    scenes.csv   one line for each run of each scene of scenes/ and ../shared/scenes, with 1 thread,
+                 2 threads and 1 thread of the interpreter in turn: wall and processor time, and the
+                 phases that --stats tells
+    pairs.csv    the same for ../shared/bench, with 1 thread and 1 thread of the interpreter
     summary.md   medians
 
 Folders that are not there are left out. A scene whose first run takes longer than --patience
@@ -35,7 +36,7 @@ SCENE_FOLDERS = [
 ]
 PHASES = ["read", "compile", "run", "build", "trace", "write"]
 RAYS = ["primary", "reflected", "shadow", "surface_calls"]
-FIELDS = ["set", "scene", "threads", "run_idx", "wall_s", "cpu_s", *PHASES, "images", "pixels", *RAYS]
+FIELDS = ["set", "scene", "engine", "threads", "run_idx", "wall_s", "cpu_s", *PHASES, "images", "pixels", *RAYS]
 
 
 def binary():
@@ -46,11 +47,12 @@ def binary():
     return path
 
 
-def time_scene(gmlvm, scene, threads):
+def time_scene(gmlvm, scene, engine, threads):
     """One run in a directory of its own: wall and processor time in seconds, and the statistics."""
     with tempfile.TemporaryDirectory() as folder:
         stats = Path(folder) / "stats.json"
-        command = [gmlvm, "run", "-q", "-j", str(threads), "-o", folder, "--stats", stats, scene]
+        command = [gmlvm, "run", "-q", "--engine", engine, "-j", str(threads), "-o", folder]
+        command += ["--stats", stats, scene]
         start = time.perf_counter()
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
         _, status, usage = os.wait4(process.pid, 0)
@@ -61,25 +63,27 @@ def time_scene(gmlvm, scene, threads):
         return wall, usage.ru_utime + usage.ru_stime, json.loads(stats.read_text())
 
 
-def time_scenes(folders, thread_counts, args, writer):
+def time_scenes(folders, variants, args, writer):
     """Writes a line for each run; returns the lines."""
     gmlvm = binary()
     lines = []
     for name, folder in folders:
         for scene in sorted(folder.glob("*.gml")):
             for run_idx in range(args.runs):
-                for threads in thread_counts:
-                    wall, cpu, stats = time_scene(gmlvm, scene, threads)
+                slowest = 0.0
+                for engine, threads in variants:
+                    wall, cpu, stats = time_scene(gmlvm, scene, engine, threads)
+                    slowest = max(slowest, wall)
                     line = {
-                        "set": name, "scene": scene.stem, "threads": threads, "run_idx": run_idx,
-                        "wall_s": f"{wall:.5f}", "cpu_s": f"{cpu:.5f}",
+                        "set": name, "scene": scene.stem, "engine": engine, "threads": threads,
+                        "run_idx": run_idx, "wall_s": f"{wall:.5f}", "cpu_s": f"{cpu:.5f}",
                         "images": stats["counts"]["images"], "pixels": stats["counts"]["pixels"],
                     }
                     line |= {phase: f"{stats['phases'][phase]:.6f}" for phase in PHASES}
                     line |= {kind: stats["rays"][kind] for kind in RAYS}
                     writer.writerow(line)
                     lines.append(line)
-                if wall > args.patience:
+                if slowest > args.patience:
                     break
             print(f"{name}/{scene.stem}", file=sys.stderr)
     return lines
@@ -92,27 +96,25 @@ def median(lines, field, **wanted):
     return statistics.median(values) if values else None
 
 
-def scene_table(lines, thread_counts):
+def scene_table(lines, variants):
     """A table in Markdown: medians in milliseconds, and nanoseconds of processor time a pixel."""
-    columns = [f"wall, {n} thread{'s'[: n > 1]} (ms)" for n in thread_counts]
-    if len(thread_counts) > 1:
-        columns += ["ratio"]
-    columns += ["trace, 1 thread (ms)", "processor, ns a pixel", "rays", "runs"]
+    columns = [f"{engine}, {n} thread{'s'[: n > 1]} (ms)" for engine, n in variants]
+    columns += ["interp / auto", "1 / 2 threads", "trace (ms)", "processor, ns a pixel", "rays", "runs"]
     yield "| scene | " + " | ".join(columns) + " |"
     yield "| --- |" + " ---: |" * len(columns)
     for name, scene in dict.fromkeys((line["set"], line["scene"]) for line in lines):
         of = {"set": name, "scene": scene}
-        walls = [median(lines, "wall_s", threads=n, **of) for n in thread_counts]
-        cells = [f"{1e3 * wall:.1f}" for wall in walls]
-        if len(walls) > 1:
-            cells.append(f"{walls[0] / walls[1]:.2f}")
-        cells.append(f"{1e3 * median(lines, 'trace', threads=1, **of):.1f}")
+        plain = of | {"engine": "auto", "threads": 1}
+        walls = {v: median(lines, "wall_s", engine=v[0], threads=v[1], **of) for v in variants}
+        cells = [f"{1e3 * wall:.1f}" for wall in walls.values()]
+        for one, other in [(("interp", 1), ("auto", 1)), (("auto", 1), ("auto", 2))]:
+            cells.append(f"{walls[one] / walls[other]:.2f}" if other in walls else "–")
+        cells.append(f"{1e3 * median(lines, 'trace', **plain):.1f}")
         pixels = median(lines, "pixels", **of)
-        cpu = median(lines, "cpu_s", threads=1, **of)
+        cpu = median(lines, "cpu_s", **plain)
         cells.append(f"{1e9 * cpu / pixels:.0f}" if pixels else "–")
         cells.append(f"{sum(median(lines, kind, **of) for kind in RAYS[:3]):.0f}")
-        n_runs = sum(1 for line in lines if line["threads"] == 1 and of.items() <= line.items())
-        cells.append(str(n_runs))
+        cells.append(str(sum(1 for line in lines if plain.items() <= line.items())))
         yield f"| {name}/{scene} | " + " | ".join(cells) + " |"
 
 
@@ -159,18 +161,18 @@ def main():
     if "kernels" in wanted:
         parts.append(("Kernels", list(kernel_table(run_kernels(args.out)))))
     sets = [
-        ("scenes", "Scenes", SCENE_FOLDERS, [1, 2]),
-        ("pairs", "Benchmark scenes", [("bench", SHARED / "bench")], [1]),
+        ("scenes", "Scenes", SCENE_FOLDERS, [("auto", 1), ("auto", 2), ("interp", 1)]),
+        ("pairs", "Benchmark scenes", [("bench", SHARED / "bench")], [("auto", 1), ("interp", 1)]),
     ]
-    for part, title, folders, thread_counts in sets:
+    for part, title, folders, variants in sets:
         if part not in wanted:
             continue
         with open(args.out / f"{part}.csv", "w", newline="") as file:
             writer = csv.DictWriter(file, FIELDS, lineterminator="\n")
             writer.writeheader()
-            lines = time_scenes(folders, thread_counts, args, writer)
+            lines = time_scenes(folders, variants, args, writer)
         if lines:
-            parts.append((title, list(scene_table(lines, thread_counts))))
+            parts.append((title, list(scene_table(lines, variants))))
     write_summary(args.out, parts)
 
 

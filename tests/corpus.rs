@@ -7,7 +7,9 @@ use support::png::read_png;
 use support::scenes::{Rendered, render_file, shared};
 
 mod support {
+    #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod png;
+    #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod scenes;
 }
 

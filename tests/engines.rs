@@ -6,12 +6,15 @@ use jit::shaders::{Evaluation, SurfaceReport};
 use support::scenes::{Engine, render_by, shared};
 
 mod support {
+    #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod scenes;
 }
 
 fn gml_files(folder: &Path) -> Vec<PathBuf> {
-    let mut paths: Vec<_> =
-        std::fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("readable").path()).collect();
+    let mut paths: Vec<_> = std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("readable").path())
+        .collect();
     paths.retain(|path| path.extension().is_some_and(|extension| extension == "gml"));
     paths.sort();
     assert!(!paths.is_empty(), "{}", folder.display());

@@ -10,7 +10,9 @@ use support::png::{read_png, write_png};
 use support::scenes::{Rendered, render_file, render_text};
 
 mod support {
+    #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod png;
+    #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod scenes;
 }
 

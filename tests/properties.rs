@@ -212,7 +212,8 @@ fn first_change(solid: &Solid, dir: DVec3, looks: u32) -> Option<Option<u32>> {
     let (started, mut before) = shapes_at(NEAR);
     let n_looks = STEPS * looks;
     for look in 1..=n_looks {
-        let (inside, shapes) = shapes_at(NEAR * (FAR / NEAR).powf(f64::from(look) / f64::from(n_looks)));
+        let (inside, shapes) =
+            shapes_at(NEAR * (FAR / NEAR).powf(f64::from(look) / f64::from(n_looks)));
         let changed = before ^ shapes;
         if changed.count_ones() > 1 {
             return None;

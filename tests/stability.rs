@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use support::scenes::{Rendered, render_file, shared};
 
 mod support {
+    #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod scenes;
 }
 

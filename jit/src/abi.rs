@@ -18,8 +18,14 @@ pub(crate) const DONE: i32 = 0;
 pub(crate) const LEFT: i32 = 1;
 
 /// Native code: uniforms, face, u, v, fuel, results; [`DONE`] or [`LEFT`].
-pub(crate) type SurfaceFn =
-    unsafe extern "C" fn(uniforms: *const u64, face: i64, u: f64, v: f64, fuel: i64, out: *mut SurfaceOut) -> i32;
+pub(crate) type SurfaceFn = unsafe extern "C" fn(
+    uniforms: *const u64,
+    face: i64,
+    u: f64,
+    v: f64,
+    fuel: i64,
+    out: *mut SurfaceOut,
+) -> i32;
 
 impl SurfaceOut {
     pub(crate) fn sample(&self) -> SurfaceSample {

@@ -15,24 +15,16 @@ use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
 
 use crate::abi::{DONE, SurfaceFn, SurfaceOut};
-use crate::lower::{self, Sites};
+use crate::lower;
 use crate::sir::Shader;
 
-/// The machine code of one shader, its tables, and how it came about.
+/// The machine code of one shader, and its tables.
 pub(crate) struct Code {
     entry: SurfaceFn,
     /// What the code reads by address.
     _tables: Vec<Box<[u64]>>,
     _memory: Memory,
     pub(crate) n_bytes: usize,
-    pub(crate) listing: Option<Listing>,
-}
-
-/// The stages of a shader as text.
-pub(crate) struct Listing {
-    pub(crate) clif: String,
-    pub(crate) asm: String,
-    pub(crate) sites: Sites,
 }
 
 /// A module that gives its memory back.
@@ -61,7 +53,8 @@ pub(crate) fn isa() -> Option<OwnedTargetIsa> {
             ("use_colocated_libcalls", "false"),
             ("unwind_info", "false"),
             ("enable_probestack", "false"),
-            ("enable_verifier", if cfg!(debug_assertions) { "true" } else { "false" }),
+            // Programs are not trusted: what is wrong with the code is found before it is compiled.
+            ("enable_verifier", "true"),
         ];
         for (name, value) in options {
             flags.set(name, value).ok()?;
@@ -72,11 +65,11 @@ pub(crate) fn isa() -> Option<OwnedTargetIsa> {
 }
 
 impl Code {
-    /// Compiles a shader; with `listing`, keeps the stages as text.
+    /// Compiles a shader.
     ///
     /// # Errors
     /// Cranelift's words for what it cannot do.
-    pub(crate) fn compile(shader: &Shader, isa: &OwnedTargetIsa, listing: bool) -> Result<Code, String> {
+    pub(crate) fn compile(shader: &Shader, isa: &OwnedTargetIsa) -> Result<Code, String> {
         let tables: Vec<Box<[u64]>> =
             shader.tables.iter().map(|table| table.entries.clone().into_boxed_slice()).collect();
         let addresses: Vec<*const u64> = tables.iter().map(|table| table.as_ptr()).collect();
@@ -84,36 +77,47 @@ impl Code {
         let mut memory = Memory(ManuallyDrop::new(JITModule::new(builder)));
         let module = &mut memory.0;
         let mut context = Context::new();
-        context.set_disasm(listing);
         let config = module.target_config();
         context.func.signature = lower::signature(config.default_call_conv, config.pointer_type());
-        let id = module.declare_anonymous_function(&context.func.signature).map_err(|e| e.to_string())?;
-        let sites =
-            lower::lower(shader, &addresses, &mut context.func, &mut FunctionBuilderContext::new(), config);
-        let clif = if listing { context.func.display().to_string() } else { String::new() };
+        let id = module
+            .declare_anonymous_function(&context.func.signature)
+            .map_err(|e| e.to_string())?;
+        lower::lower(
+            shader,
+            &addresses,
+            &mut context.func,
+            &mut FunctionBuilderContext::new(),
+            config,
+        );
         module.define_function(id, &mut context).map_err(|e| e.to_string())?;
         let compiled = context.compiled_code().ok_or("there is no code")?;
         let n_bytes = compiled.code_buffer().len();
-        let asm = compiled.vcode.clone().unwrap_or_default();
         module.finalize_definitions().map_err(|e| e.to_string())?;
         let address = module.get_finalized_function(id);
         // SAFETY: the address is that of the function just defined, which `lower` gave the
         // signature of `SurfaceFn`; it stays valid while `memory` lives.
         let entry = unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) };
-        let listing = listing.then_some(Listing { clif, asm, sites });
-        Ok(Code { entry, _tables: tables, _memory: memory, n_bytes, listing })
+        Ok(Code { entry, _tables: tables, _memory: memory, n_bytes })
     }
 
     /// Calls the shader; none if the interpreter must do it. `uniforms` are as many as the shader
     /// was compiled for.
     #[inline]
-    pub(crate) fn call(&self, uniforms: &[u64], face: u8, u: f64, v: f64, fuel: i64) -> Option<SurfaceOut> {
+    pub(crate) fn call(
+        &self,
+        uniforms: &[u64],
+        face: u8,
+        u: f64,
+        v: f64,
+        fuel: i64,
+    ) -> Option<SurfaceOut> {
         let mut out = SurfaceOut::default();
         // SAFETY: `entry` is finalized code of this signature in memory that `self` owns. It reads
         // uniforms within the number that it was compiled for, which `Native` passes, and tables
         // that `self` owns, at checked indices; and it writes nothing but `out`. It does not unwind:
         // the functions that it calls do not panic.
-        let status = unsafe { (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, &mut out) };
+        let status =
+            unsafe { (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, &mut out) };
         (status == DONE).then_some(out)
     }
 }

@@ -14,10 +14,13 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 
 use crate::abi::{DONE, LEFT};
 use crate::runtime;
-use crate::sir::{Block, FACE, Inst, N_ARGUMENTS, Shader, Site, Term, Type, U, V, Val};
+use crate::sir::{Block, FACE, Inst, N_ARGUMENTS, Shader, Term, Type, U, V, Val};
 
 /// The signature of [`SurfaceFn`](crate::abi::SurfaceFn).
-pub(crate) fn signature(call_conv: cranelift_codegen::isa::CallConv, pointer: ir::Type) -> Signature {
+pub(crate) fn signature(
+    call_conv: cranelift_codegen::isa::CallConv,
+    pointer: ir::Type,
+) -> Signature {
     let mut signature = Signature::new(call_conv);
     let params = [pointer, types::I64, types::F64, types::F64, types::I64, pointer];
     signature.params.extend(params.map(AbiParam::new));
@@ -25,18 +28,15 @@ pub(crate) fn signature(call_conv: cranelift_codegen::isa::CallConv, pointer: ir
     signature
 }
 
-/// Where source locations of the code point to.
-pub(crate) type Sites = Vec<Site>;
-
 /// Fills `function`, whose signature is set, with a shader; `tables` are the addresses of its
-/// tables. Returns the instructions of the bytecode by source location.
+/// tables. Source locations are instructions of the bytecode, counted in their function.
 pub(crate) fn lower(
     shader: &Shader,
     tables: &[*const u64],
     function: &mut ir::Function,
     context: &mut FunctionBuilderContext,
     config: TargetFrontendConfig,
-) -> Sites {
+) {
     let mut builder = FunctionBuilder::new(function, context);
     let blocks: Vec<ir::Block> = shader.blocks.iter().map(|_| builder.create_block()).collect();
     let entry = builder.create_block();
@@ -54,19 +54,17 @@ pub(crate) fn lower(
         out: None,
         pointer: config.pointer_type(),
         call_conv: config.default_call_conv,
-        sites: Vec::new(),
     };
     lowering.entry(entry);
     for index in 0..shader.blocks.len() {
         lowering.block(Block(index as u32));
     }
-    let Lowering { mut builder, leave, sites, .. } = lowering;
+    let Lowering { mut builder, leave, .. } = lowering;
     builder.switch_to_block(leave);
     let left = builder.ins().iconst(types::I32, i64::from(LEFT));
     builder.ins().return_(&[left]);
     builder.seal_all_blocks();
     builder.finalize(config);
-    sites
 }
 
 struct Lowering<'s, 'f> {
@@ -82,7 +80,6 @@ struct Lowering<'s, 'f> {
     out: Option<ir::Value>,
     pointer: ir::Type,
     call_conv: cranelift_codegen::isa::CallConv,
-    sites: Sites,
 }
 
 fn clif_type(ty: Type) -> ir::Type {
@@ -146,7 +143,7 @@ impl Lowering<'_, '_> {
         }
         for (val, inst, site) in &data.insts {
             if self.is_live(*val) {
-                self.locate(*site);
+                self.builder.set_srcloc(SourceLoc::new(site.pc));
                 let value = self.inst(inst);
                 self.values[val.0 as usize] = Some(value);
             }
@@ -157,13 +154,6 @@ impl Lowering<'_, '_> {
             None => {
                 self.builder.ins().jump(self.leave, &[]);
             }
-        }
-    }
-
-    fn locate(&mut self, site: Site) {
-        if self.sites.last() != Some(&site) {
-            self.sites.push(site);
-            self.builder.set_srcloc(SourceLoc::new(self.sites.len() as u32 - 1));
         }
     }
 
@@ -246,15 +236,21 @@ impl Lowering<'_, '_> {
             Inst::Checked { index, length } => {
                 let index = self.value(index);
                 // Unsigned, negative indices are the largest.
-                let is_out =
-                    self.builder.ins().icmp_imm_s(IntCC::UnsignedGreaterThanOrEqual, index, i64::from(length));
+                let is_out = self.builder.ins().icmp_imm_s(
+                    IntCC::UnsignedGreaterThanOrEqual,
+                    index,
+                    i64::from(length),
+                );
                 self.leave_if(is_out);
                 index
             }
             Inst::Offset { offset, index, stride } => {
                 let index = self.value(index);
-                let scaled =
-                    if stride == 1 { index } else { self.builder.ins().imul_imm_s(index, i64::from(stride)) };
+                let scaled = if stride == 1 {
+                    index
+                } else {
+                    self.builder.ins().imul_imm_s(index, i64::from(stride))
+                };
                 match offset {
                     Some(offset) => {
                         let offset = self.value(offset);
@@ -381,6 +377,10 @@ impl Lowering<'_, '_> {
         let moved = self.builder.ins().iadd_imm_s(b, 1);
         let is_special = self.builder.ins().icmp_imm_s(IntCC::UnsignedLessThanOrEqual, moved, 1);
         self.leave_if(is_special);
-        if op == Operator::DivI { self.builder.ins().sdiv(a, b) } else { self.builder.ins().srem(a, b) }
+        if op == Operator::DivI {
+            self.builder.ins().sdiv(a, b)
+        } else {
+            self.builder.ins().srem(a, b)
+        }
     }
 }

@@ -94,7 +94,12 @@ struct Cache {
 enum Compiled {
     /// Its results depend on uniforms at most.
     Constant,
-    Native { code: Arc<Code>, n_uniforms: u32, cost: u64, depth: usize },
+    Native {
+        code: Arc<Code>,
+        n_uniforms: u32,
+        cost: u64,
+        depth: usize,
+    },
 }
 
 impl<'p> Shaders<'p> {
@@ -153,12 +158,15 @@ impl<'p> Shaders<'p> {
 
     /// The tier of a surface, decided now if it was not.
     fn tier(&self, index: usize, interpreter: &mut InterpSurfaces<'_>) -> &Tier {
-        self.tiers[index].get_or_init(|| {
-            self.decide(index, interpreter).unwrap_or_else(Tier::Interpreted)
-        })
+        self.tiers[index]
+            .get_or_init(|| self.decide(index, interpreter).unwrap_or_else(Tier::Interpreted))
     }
 
-    fn decide(&self, index: usize, interpreter: &mut InterpSurfaces<'_>) -> Result<Tier, Unsupported> {
+    fn decide(
+        &self,
+        index: usize,
+        interpreter: &mut InterpSurfaces<'_>,
+    ) -> Result<Tier, Unsupported> {
         let closure = &self.surfaces[index];
         let (outline, cell) = self.cell(closure);
         let compiled = cell.get_or_init(|| self.compile(&outline));
@@ -184,7 +192,10 @@ impl<'p> Shaders<'p> {
     }
 
     /// The outline of a closure and the place for what it compiles to.
-    fn cell(&self, closure: &Arc<Closure>) -> (Outline, Arc<OnceLock<Result<Compiled, Unsupported>>>) {
+    fn cell(
+        &self,
+        closure: &Arc<Closure>,
+    ) -> (Outline, Arc<OnceLock<Result<Compiled, Unsupported>>>) {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         let mut outlined = outline(closure, false);
         let n_variants = cache.n_variants.get(&closure.function).copied().unwrap_or(0);
@@ -208,7 +219,7 @@ impl<'p> Shaders<'p> {
         let Some(isa) = isa() else {
             return Err(self.declined(outline, "there is no code generator for this processor"));
         };
-        let code = Code::compile(&shader, &isa, false).map_err(|error| self.declined(outline, &error))?;
+        let code = Code::compile(&shader, &isa).map_err(|error| self.declined(outline, &error))?;
         Ok(Compiled::Native {
             code: Arc::new(code),
             n_uniforms: shader.n_uniforms,
@@ -262,7 +273,12 @@ impl SurfaceEval for NativeSurfaces<'_> {
 
 impl NativeSurfaces<'_> {
     #[cold]
-    fn eval_cold(&mut self, index: usize, surface: SurfaceId, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
+    fn eval_cold(
+        &mut self,
+        index: usize,
+        surface: SurfaceId,
+        at: SurfacePoint,
+    ) -> Result<SurfaceSample, Box<Error>> {
         let function = self.shaders.surfaces[index].function as usize;
         let calls = self.shaders.calls[function].fetch_add(1, Ordering::Relaxed);
         if calls >= HOT_CALLS {

@@ -40,11 +40,21 @@ pub(crate) enum Inst {
     /// A scalar operator; a unary one has its operand twice. Leaves where it has no result.
     Scalar(Operator, [Val; 2]),
     /// The index itself, checked to be at least 0 and below the length; leaves otherwise.
-    Checked { index: Val, length: u32 },
+    Checked {
+        index: Val,
+        length: u32,
+    },
     /// `offset + index * stride`, without overflow by construction.
-    Offset { offset: Option<Val>, index: Val, stride: u32 },
+    Offset {
+        offset: Option<Val>,
+        index: Val,
+        stride: u32,
+    },
     /// An entry of a constant table, at an index in range.
-    Entry { table: u32, index: Val },
+    Entry {
+        table: u32,
+        index: Val,
+    },
 }
 
 /// How a block ends.

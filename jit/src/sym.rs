@@ -168,7 +168,9 @@ impl Sym {
             Sym::Real(Num::Const(value)) => Some(Constant::Real(*value)),
             Sym::Int(Num::Const(value)) => Some(Constant::Int(*value)),
             Sym::Bool(Num::Const(value)) => Some(Constant::Bool(*value)),
-            Sym::Point([Num::Const(x), Num::Const(y), Num::Const(z)]) => Some(Constant::Point([*x, *y, *z])),
+            Sym::Point([Num::Const(x), Num::Const(y), Num::Const(z)]) => {
+                Some(Constant::Point([*x, *y, *z]))
+            }
             _ => None,
         }
     }
@@ -195,7 +197,9 @@ impl Sym {
             (Sym::Bool(a), Sym::Bool(b)) => a == b,
             (Sym::Point(a), Sym::Point(b)) => a.iter().zip(b).all(|(a, b)| same_real(a, b)),
             (Sym::Closure(f, a), Sym::Closure(g, b)) => {
-                f == g && (a.is_identical(b) || all_same(a.len(), b.len(), |i| a.get(i).is_same(&b.get(i))))
+                f == g
+                    && (a.is_identical(b)
+                        || all_same(a.len(), b.len(), |i| a.get(i).is_same(&b.get(i))))
             }
             (Sym::Array(a), Sym::Array(b)) => {
                 a.is_identical(b) || all_same(a.len(), b.len(), |i| a.get(i).is_same(&b.get(i)))

@@ -65,7 +65,8 @@ fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> 
         };
         *counts.entry(format!("surface at {}: {how}", source.place(report.span))).or_default() += 1;
     }
-    let times = |(line, n): (String, usize)| if n == 1 { line } else { format!("{line} ({n} times)") };
+    let times =
+        |(line, n): (String, usize)| if n == 1 { line } else { format!("{line} ({n} times)") };
     counts.into_iter().map(times).collect()
 }
 

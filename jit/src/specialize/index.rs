@@ -2,10 +2,10 @@
 
 use std::rc::Rc;
 
+use crate::sir::Term;
 use crate::sir::{Inst, Table, Type, Val};
 use crate::specialize::join::MAX_ALTERNATIVES;
 use crate::specialize::{Run, Specializer, State, Stop};
-use crate::sir::Term;
 use crate::sym::{Elements, Num, Sym, TableView};
 
 /// A table has at most so many entries.
@@ -13,7 +13,13 @@ const MAX_TABLE: usize = 1 << 20;
 
 impl Specializer<'_> {
     /// `r[target] = r[array] at r[index]`
-    pub(super) fn get(&mut self, mut state: State, target: u8, array: u8, index: u8) -> Run<Option<State>> {
+    pub(super) fn get(
+        &mut self,
+        mut state: State,
+        target: u8,
+        array: u8,
+        index: u8,
+    ) -> Run<Option<State>> {
         let index_sym = state.get(index);
         let found = match (state.get(array), &index_sym) {
             (Sym::Choice(tag, alternatives), _) => {
@@ -61,7 +67,13 @@ impl Specializer<'_> {
     }
 
     /// An element by an index that is only known at run time.
-    fn get_element(&mut self, mut state: State, target: u8, elements: &Elements, index: Val) -> Run<Option<State>> {
+    fn get_element(
+        &mut self,
+        mut state: State,
+        target: u8,
+        elements: &Elements,
+        index: Val,
+    ) -> Run<Option<State>> {
         if elements.len() == 0 {
             return self.leave();
         }
@@ -71,11 +83,14 @@ impl Specializer<'_> {
             return Ok(Some(state));
         }
         if elements.len() > MAX_ALTERNATIVES {
-            return self.decline("it picks from a long array whose elements are not all numbers, or points");
+            return self.decline(
+                "it picks from a long array whose elements are not all numbers, or points",
+            );
         }
         let tag = self.emit(Type::Int, Inst::Checked { index, length: elements.len() as u32 });
         let parts: Vec<Sym> = (0..elements.len()).map(|i| elements.get(i)).collect();
-        let is_structure = |sym: &Sym| matches!(sym, Sym::Closure(..) | Sym::Array(_) | Sym::Table(_));
+        let is_structure =
+            |sym: &Sym| matches!(sym, Sym::Closure(..) | Sym::Array(_) | Sym::Table(_));
         if parts.iter().all(is_structure) {
             state.set(target, Sym::Choice(tag, parts.into()));
             return Ok(Some(state));
@@ -97,13 +112,21 @@ impl Specializer<'_> {
         let (length, inner) = view.lengths.split_first().expect("a view has an index to come");
         let index = self.emit(Type::Int, Inst::Checked { index, length: *length });
         let stride = inner.iter().product();
-        let offset = self.emit(Type::Int, Inst::Offset { offset: Some(view.offset), index, stride });
+        let offset =
+            self.emit(Type::Int, Inst::Offset { offset: Some(view.offset), index, stride });
         if !inner.is_empty() {
-            return Sym::Table(TableView { tables: view.tables.clone(), lengths: inner.into(), offset });
+            return Sym::Table(TableView {
+                tables: view.tables.clone(),
+                lengths: inner.into(),
+                offset,
+            });
         }
         let ty = self.shader.tables[view.tables[0] as usize].ty;
-        let entries: Vec<Val> =
-            view.tables.iter().map(|&table| self.emit(ty, Inst::Entry { table, index: offset })).collect();
+        let entries: Vec<Val> = view
+            .tables
+            .iter()
+            .map(|&table| self.emit(ty, Inst::Entry { table, index: offset }))
+            .collect();
         match (ty, &entries[..]) {
             (_, [x, y, z]) => Sym::Point([*x, *y, *z].map(Num::Ssa)),
             (Type::Real, _) => Sym::Real(Num::Ssa(entries[0])),
@@ -188,21 +211,32 @@ fn columns(leaves: &[Sym]) -> Option<Vec<Table>> {
     };
     let component = |index: usize| {
         column(Type::Real, &|sym| match sym {
-            Sym::Point(point) => if let Num::Const(c) = point[index] { Some(c.to_bits()) } else { None },
+            Sym::Point(point) => {
+                if let Num::Const(c) = point[index] {
+                    Some(c.to_bits())
+                } else {
+                    None
+                }
+            }
             _ => None,
         })
     };
     match leaves.first()? {
         Sym::Real(_) => {
-            let bits = |sym: &Sym| if let Sym::Real(Num::Const(x)) = sym { Some(x.to_bits()) } else { None };
+            let bits = |sym: &Sym| {
+                if let Sym::Real(Num::Const(x)) = sym { Some(x.to_bits()) } else { None }
+            };
             Some(vec![column(Type::Real, &bits)?])
         }
         Sym::Int(_) => {
-            let bits = |sym: &Sym| if let Sym::Int(Num::Const(x)) = sym { Some(*x as u64) } else { None };
+            let bits =
+                |sym: &Sym| if let Sym::Int(Num::Const(x)) = sym { Some(*x as u64) } else { None };
             Some(vec![column(Type::Int, &bits)?])
         }
         Sym::Bool(_) => {
-            let bits = |sym: &Sym| if let Sym::Bool(Num::Const(x)) = sym { Some(u64::from(*x)) } else { None };
+            let bits = |sym: &Sym| {
+                if let Sym::Bool(Num::Const(x)) = sym { Some(u64::from(*x)) } else { None }
+            };
             Some(vec![column(Type::Bool, &bits)?])
         }
         Sym::Point(_) => Some(vec![component(0)?, component(1)?, component(2)?]),

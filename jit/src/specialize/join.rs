@@ -6,7 +6,7 @@ use std::rc::Rc;
 use crate::sir::{Block, Inst, Term, Type, Val};
 use crate::specialize::path::{CAPTURES, Path, STACK, any_within};
 use crate::specialize::{Abort, Entry, Frame, Head, Run, Specializer, State};
-use crate::sym::{Captures, Elements, Num, Sym};
+use crate::sym::{Captures, Elements, Num, Sym, TableView};
 
 /// A choice has at most so many alternatives.
 pub(super) const MAX_ALTERNATIVES: usize = 64;
@@ -24,12 +24,19 @@ struct Meeting {
     block: Block,
     /// The last block of each way.
     ways: Vec<Block>,
+    /// Values from this one on are defined within the ways.
+    first_inner: Val,
     args: Vec<Vec<Scalar>>,
 }
 
 impl Specializer<'_> {
-    /// Joins the ends of ways; `None` if there are none.
-    pub(super) fn join(&mut self, mut ends: Vec<(Block, State)>) -> Run<Option<State>> {
+    /// Joins the ends of ways; `None` if there are none. Values from `first_inner` on are defined
+    /// within the ways.
+    pub(super) fn join(
+        &mut self,
+        mut ends: Vec<(Block, State)>,
+        first_inner: Val,
+    ) -> Run<Option<State>> {
         if ends.len() < 2 {
             return Ok(ends.pop().map(|(block, state)| {
                 self.block = block;
@@ -40,6 +47,7 @@ impl Specializer<'_> {
         let mut meeting = Meeting {
             block: self.new_block(),
             ways: ends.iter().map(|(block, _)| *block).collect(),
+            first_inner,
             args: vec![Vec::new(); ends.len()],
         };
         let joined = self.join_states(&mut meeting, &ends)?;
@@ -55,7 +63,9 @@ impl Specializer<'_> {
     fn join_states(&mut self, meeting: &mut Meeting, ends: &[(Block, State)]) -> Run<State> {
         let first = &ends[0].1;
         let alike = |state: &State| {
-            state.stack.len() == first.stack.len() && state.floor == first.floor && state.floors == first.floors
+            state.stack.len() == first.stack.len()
+                && state.floor == first.floor
+                && state.floors == first.floors
         };
         if !ends.iter().all(|(_, state)| alike(state)) {
             return self.decline("the sides of a condition leave different numbers of values");
@@ -66,21 +76,30 @@ impl Specializer<'_> {
             joined.stack[index] = self.join_syms(meeting, &syms)?;
         }
         if let Some(frame) = first.frames.last() {
-            let frame = Frame { registers: self.join_registers(meeting, frame, ends)?, ..Frame::clone(frame) };
+            let frame = Frame {
+                registers: self.join_registers(meeting, frame, ends)?,
+                ..Frame::clone(frame)
+            };
             *joined.frames.last_mut().expect("as many as the first has") = Rc::new(frame);
         }
         Ok(joined)
     }
 
     /// The registers that are still to be read. The frames below have not changed.
-    fn join_registers(&mut self, meeting: &mut Meeting, frame: &Frame, ends: &[(Block, State)]) -> Run<Vec<Sym>> {
+    fn join_registers(
+        &mut self,
+        meeting: &mut Meeting,
+        frame: &Frame,
+        ends: &[(Block, State)],
+    ) -> Run<Vec<Sym>> {
         let live = self.live_registers(frame.function)[frame.pc];
         let n_registers = self.function(frame.function).n_registers as usize;
         let mut registers = vec![Sym::Dead; frame.registers.len()];
         for (index, register) in registers.iter_mut().enumerate() {
             // Spill slots lie behind the registers and may be read until the function returns.
             let is_live = index >= n_registers || live[index / 64] >> (index % 64) & 1 == 1;
-            let of_ways = ends.iter().filter_map(|(_, state)| Some(&state.frames.last()?.registers[index]));
+            let of_ways =
+                ends.iter().filter_map(|(_, state)| Some(&state.frames.last()?.registers[index]));
             if is_live {
                 *register = self.join_syms(meeting, &of_ways.collect::<Vec<_>>())?;
             }
@@ -99,18 +118,24 @@ impl Specializer<'_> {
             return Ok(Sym::Dead);
         }
         if let Some(scalars) = all(syms, scalar) {
-            let same_type = scalars.iter().all(|s| std::mem::discriminant(s) == std::mem::discriminant(&scalars[0]));
+            let same_type = scalars
+                .iter()
+                .all(|s| std::mem::discriminant(s) == std::mem::discriminant(&scalars[0]));
             if same_type {
                 return Ok(self.join_scalars(meeting, &scalars));
             }
         }
-        if let Some(points) = all(syms, |sym| if let Sym::Point(point) = sym { Some(*point) } else { None }) {
+        if let Some(points) =
+            all(syms, |sym| if let Sym::Point(point) = sym { Some(*point) } else { None })
+        {
             let component = |specializer: &mut Self, meeting: &mut Meeting, i: usize| {
-                let same = points[1..].iter().all(|point| crate::sym::same_real(&point[i], &points[0][i]));
+                let same =
+                    points[1..].iter().all(|point| crate::sym::same_real(&point[i], &points[0][i]));
                 if same {
                     return points[0][i];
                 }
-                let scalars: Vec<Scalar> = points.iter().map(|point| Scalar::Real(point[i])).collect();
+                let scalars: Vec<Scalar> =
+                    points.iter().map(|point| Scalar::Real(point[i])).collect();
                 match specializer.join_scalars(meeting, &scalars) {
                     Sym::Real(num) => num,
                     _ => unreachable!("reals join to a real"),
@@ -151,13 +176,14 @@ impl Specializer<'_> {
                 Sym::Choice(tag, of_way) => {
                     let tag = if base == 0 { *tag } else { self.shifted(meeting, way, *tag, base) };
                     tags.push(Scalar::Int(Num::Ssa(tag)));
-                    alternatives.extend(of_way.iter().cloned());
+                    let carried = of_way.iter().map(|sym| self.carried(meeting, way, sym));
+                    alternatives.extend(carried.collect::<Vec<_>>());
                 }
                 _ => {
                     let known = alternatives.iter().position(|known| known.is_same(sym));
                     tags.push(Scalar::Int(Num::Const(known.map_or(base, |index| index as i64))));
                     if known.is_none() {
-                        alternatives.push((*sym).clone());
+                        alternatives.push(self.carried(meeting, way, sym));
                     }
                 }
             }
@@ -169,6 +195,63 @@ impl Specializer<'_> {
             unreachable!("the joined tag is a parameter")
         };
         Ok(Sym::Choice(tag, alternatives.into()))
+    }
+
+    /// An alternative that is only meant if a certain way was taken: what it holds of values defined
+    /// on that way is carried over by parameters, for which the other ways bring anything.
+    fn carried(&mut self, meeting: &mut Meeting, way: usize, sym: &Sym) -> Sym {
+        match sym {
+            Sym::Real(num) => Sym::Real(self.carried_real(meeting, way, *num)),
+            Sym::Int(Num::Ssa(val)) => {
+                Sym::Int(Num::Ssa(self.carried_val(meeting, way, Type::Int, *val)))
+            }
+            Sym::Bool(Num::Ssa(val)) => {
+                Sym::Bool(Num::Ssa(self.carried_val(meeting, way, Type::Bool, *val)))
+            }
+            Sym::Point(point) => Sym::Point(point.map(|num| self.carried_real(meeting, way, num))),
+            Sym::Closure(function, Captures::Parts(parts)) => {
+                let parts = parts.iter().map(|part| self.carried(meeting, way, part)).collect();
+                Sym::Closure(*function, Captures::Parts(parts))
+            }
+            Sym::Array(Elements::Parts(parts)) => {
+                let parts = parts.iter().map(|part| self.carried(meeting, way, part)).collect();
+                Sym::Array(Elements::Parts(parts))
+            }
+            Sym::Table(view) => {
+                let offset = self.carried_val(meeting, way, Type::Int, view.offset);
+                Sym::Table(TableView { offset, ..view.clone() })
+            }
+            Sym::Choice(tag, alternatives) => {
+                let tag = self.carried_val(meeting, way, Type::Int, *tag);
+                let alternatives =
+                    alternatives.iter().map(|sym| self.carried(meeting, way, sym)).collect();
+                Sym::Choice(tag, alternatives)
+            }
+            // Constants, what exists outside the shader, and what nobody reads.
+            _ => sym.clone(),
+        }
+    }
+
+    fn carried_real(&mut self, meeting: &mut Meeting, way: usize, num: Num<f64>) -> Num<f64> {
+        match num {
+            Num::Const(_) => num,
+            Num::Ssa(val) => Num::Ssa(self.carried_val(meeting, way, Type::Real, val)),
+        }
+    }
+
+    fn carried_val(&mut self, meeting: &mut Meeting, way: usize, ty: Type, val: Val) -> Val {
+        if val.0 < meeting.first_inner.0 {
+            return val;
+        }
+        let (carried, anything) = match ty {
+            Type::Real => (Scalar::Real(Num::Ssa(val)), Scalar::Real(Num::Const(0.0))),
+            Type::Int => (Scalar::Int(Num::Ssa(val)), Scalar::Int(Num::Const(0))),
+            Type::Bool => (Scalar::Bool(Num::Ssa(val)), Scalar::Bool(Num::Const(false))),
+        };
+        for (of_way, args) in meeting.args.iter_mut().enumerate() {
+            args.push(if of_way == way { carried } else { anything });
+        }
+        self.param(meeting.block, ty)
     }
 
     /// `tag + base`, computed at the end of a way.
@@ -252,7 +335,8 @@ impl Shell {
 /// The structure that all values have in common, if they do, and its number of parts.
 fn common_shell(syms: &[&Sym]) -> Option<(Shell, usize)> {
     let (shell, n_parts) = Shell::of(syms[0])?;
-    let fits = |sym: &&Sym| Shell::of(sym).is_some_and(|(other, n)| shell.is_same(&other) && n == n_parts);
+    let fits =
+        |sym: &&Sym| Shell::of(sym).is_some_and(|(other, n)| shell.is_same(&other) && n == n_parts);
     // Joining long arrays part by part would make a parameter of each part.
     (n_parts <= MAX_ALTERNATIVES && syms[1..].iter().all(fits)).then_some((shell, n_parts))
 }
@@ -286,7 +370,12 @@ impl Specializer<'_> {
     ) -> Run<(Captures, Rc<Head>)> {
         let mut known: Vec<Sym> = (0..captures.len()).map(|index| captures.get(index)).collect();
         let Some(varying) = self.loops.get(&ordinal).cloned() else {
-            let head = Head { block: None, params: Vec::new(), stack: state.stack.clone(), captures: known };
+            let head = Head {
+                block: None,
+                params: Vec::new(),
+                stack: state.stack.clone(),
+                captures: known,
+            };
             return Ok((captures, Rc::new(head)));
         };
         let block = self.new_block();
@@ -302,7 +391,12 @@ impl Specializer<'_> {
         let args = args.into_iter().map(|scalar| self.materialize(scalar)).collect();
         self.end(self.block, Term::Jump(block, args));
         self.block = block;
-        let head = Head { block: Some(block), params, stack: state.stack.clone(), captures: known.clone() };
+        let head = Head {
+            block: Some(block),
+            params,
+            stack: state.stack.clone(),
+            captures: known.clone(),
+        };
         Ok((Captures::Parts(known.into()), Rc::new(head)))
     }
 
@@ -332,25 +426,37 @@ impl Specializer<'_> {
             general
         };
         if let Sym::Point(point) = sym {
-            let parts = [0, 1, 2].map(|index| match of_part(self, index, &Sym::Real(point[index])) {
-                Sym::Real(num) => num,
-                _ => point[index],
-            });
+            let parts =
+                [0, 1, 2].map(|index| match of_part(self, index, &Sym::Real(point[index])) {
+                    Sym::Real(num) => num,
+                    _ => point[index],
+                });
             return Sym::Point(parts);
         }
         let Some((shell, n_parts)) = Shell::of(sym) else { return sym.clone() };
-        let parts: Vec<Sym> = (0..n_parts).map(|index| of_part(self, index, &part(sym, index))).collect();
+        let parts: Vec<Sym> =
+            (0..n_parts).map(|index| of_part(self, index, &part(sym, index))).collect();
         shell.with(parts.into())
     }
 
     /// Ends this way with a jump back to where `entry` was entered, for a further round.
-    pub(super) fn next_round(&mut self, state: &State, entry: &Entry, captures: &Captures) -> Run<Option<State>> {
+    pub(super) fn next_round(
+        &mut self,
+        state: &State,
+        entry: &Entry,
+        captures: &Captures,
+    ) -> Run<Option<State>> {
         let head = entry.head.clone();
         if state.stack.len() != head.stack.len() || captures.len() != head.captures.len() {
             return self.decline("its loop leaves more or fewer values with each round");
         }
         let varying = self.loops.get(&entry.ordinal).cloned().unwrap_or_default();
-        let mut round = Round { varying: &varying, values: Vec::new(), newly_varying: Vec::new(), has_other_shape: false };
+        let mut round = Round {
+            varying: &varying,
+            values: Vec::new(),
+            newly_varying: Vec::new(),
+            has_other_shape: false,
+        };
         for (index, (old, new)) in head.stack.iter().zip(&state.stack).enumerate() {
             round.compare(old, new, &mut vec![STACK, index as u32]);
         }
@@ -371,8 +477,10 @@ impl Specializer<'_> {
             // Nothing changes: it never ends, and the interpreter says so.
             return self.leave();
         };
-        let value_at = |path: &Path| values.iter().find(|(at, _)| at == path).map(|(_, scalar)| *scalar);
-        let scalars: Option<Vec<Scalar>> = head.params.iter().map(|(path, _)| value_at(path)).collect();
+        let value_at =
+            |path: &Path| values.iter().find(|(at, _)| at == path).map(|(_, scalar)| *scalar);
+        let scalars: Option<Vec<Scalar>> =
+            head.params.iter().map(|(path, _)| value_at(path)).collect();
         let Some(scalars) = scalars else {
             return self.decline("its loop changes the shape of a value");
         };

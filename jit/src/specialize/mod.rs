@@ -170,9 +170,18 @@ impl<'p> Specializer<'p> {
     }
 
     fn run_surface(&mut self, outline: &Outline) -> Run<()> {
-        let arguments = [Sym::Int(Num::Ssa(crate::sir::FACE)), Sym::Real(Num::Ssa(crate::sir::U)), Sym::Real(Num::Ssa(crate::sir::V))];
-        let mut state =
-            State { frames: Vec::new(), stack: arguments.to_vec(), floor: 0, floors: Vec::new(), forks: 0 };
+        let arguments = [
+            Sym::Int(Num::Ssa(crate::sir::FACE)),
+            Sym::Real(Num::Ssa(crate::sir::U)),
+            Sym::Real(Num::Ssa(crate::sir::V)),
+        ];
+        let mut state = State {
+            frames: Vec::new(),
+            stack: arguments.to_vec(),
+            floor: 0,
+            floors: Vec::new(),
+            forks: 0,
+        };
         let captures = Captures::Parts(outline.captures.clone());
         self.call(&mut state, outline.function, captures)?;
         match self.run(state, Stop { depth: 0, pc: None })? {
@@ -206,6 +215,7 @@ impl<'p> Specializer<'p> {
 
     /// Runs the ways that a state may go, each in a block of its own, up to `stop`, and joins them.
     fn fork(&mut self, ways: Vec<(Block, State)>, stop: Stop) -> Run<Option<State>> {
+        let first_inner = Val(self.shader.types.len() as u32);
         let mut ends = Vec::new();
         for (block, mut state) in ways {
             state.forks += 1;
@@ -218,7 +228,7 @@ impl<'p> Specializer<'p> {
                 ends.push((self.block, end));
             }
         }
-        self.join(ends)
+        self.join(ends, first_inner)
     }
 
     fn function(&self, index: u32) -> &'p Function {
@@ -241,12 +251,20 @@ impl<'p> Specializer<'p> {
     /// Enters a function; the caller's frame, if any, stays.
     fn call(&mut self, state: &mut State, function: u32, captures: Captures) -> Run<()> {
         if state.frames.len() >= MAX_DEPTH {
-            return self.decline("its calls nest too deeply, or depend on data and are not the last thing it does");
+            return self.decline(
+                "its calls nest too deeply, or depend on data and are not the last thing it does",
+            );
         }
         self.enter(state, function, captures, Vec::new())
     }
 
-    fn enter(&mut self, state: &mut State, function: u32, captures: Captures, mut entries: Vec<Entry>) -> Run<()> {
+    fn enter(
+        &mut self,
+        state: &mut State,
+        function: u32,
+        captures: Captures,
+        mut entries: Vec<Entry>,
+    ) -> Run<()> {
         let code = self.function(function);
         self.shader.cost += code.code.len() as u64;
         let ordinal = self.n_entries;

@@ -119,7 +119,8 @@ impl Specializer<'_> {
         if !state.frames.is_empty() {
             return Ok(Some(state));
         }
-        let [Sym::Point(color), Sym::Real(kd), Sym::Real(ks), Sym::Real(n)] = &state.stack[..] else {
+        let [Sym::Point(color), Sym::Real(kd), Sym::Real(ks), Sym::Real(n)] = &state.stack[..]
+        else {
             if state.stack.iter().any(|sym| matches!(sym, Sym::Choice(..))) {
                 return self.decline("a result may be of several types");
             }
@@ -189,7 +190,12 @@ impl Specializer<'_> {
 
     // Conditions.
 
-    fn branch(&mut self, mut state: State, condition: Num<bool>, distance: u32) -> Run<Option<State>> {
+    fn branch(
+        &mut self,
+        mut state: State,
+        condition: Num<bool>,
+        distance: u32,
+    ) -> Run<Option<State>> {
         let target = state.top().pc + distance as usize;
         let condition = match condition {
             Num::Const(true) => return Ok(Some(state)),
@@ -251,7 +257,8 @@ impl Specializer<'_> {
         };
         let Some(result) = self.operate(op, &operands) else { return self.leave() };
         let is_fused = Opcode::on_registers(op).is_some_and(|plain| {
-            plain.fused_with_jump() == Some(insn.op) || plain.with_constant().and_then(Opcode::fused_with_jump) == Some(insn.op)
+            plain.fused_with_jump() == Some(insn.op)
+                || plain.with_constant().and_then(Opcode::fused_with_jump) == Some(insn.op)
         });
         if is_fused {
             let Sym::Bool(condition) = result else { return self.leave() };
