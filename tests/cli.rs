@@ -39,7 +39,7 @@ fn exit_codes() {
         ("", &["eval", "missing.gml"], 2),
         ("", &["eval", "."], 2),
         ("", &["eval"], 2),
-        ("", &["run", "s", "--engine", "jit"], 2),
+        ("", &["run", "s", "--engine", "fast"], 2),
         ("", &["run", "s", "--size", "0x5"], 2),
         ("", &["run", "s", "--region", "1,2,3"], 2),
         ("", &["run", "s", "-j", "0"], 2),
