@@ -121,6 +121,9 @@ pub(crate) struct LimitArgs {
     /// Images of one run
     #[arg(long, value_name = "N", default_value_t = 10_000)]
     pub(crate) max_images: u64,
+    /// Reflection depth of one image
+    #[arg(long, value_name = "N", default_value_t = 100_000)]
+    pub(crate) max_reflections: u32,
 }
 
 /// `gmlvm run`.

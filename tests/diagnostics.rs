@@ -159,6 +159,7 @@ fn limits() {
     let ball = format!("{BALL} 0 60.0 100 200 \"a.ppm\" render");
     check_with("E0404", &ball, &[], &["--max-pixels", "10000"]);
     check_with("E0404-images", &ball, &[], &["--max-images", "0"]);
+    check("E0404-depth", &format!("{BALL} 2000000000 60.0 9 9 \"a.ppm\" render"));
     let doubling =
         format!("{BALL} /s {} s 0 60.0 9 9 \"a.ppm\" render", "s s union /s ".repeat(40));
     check("E0404-solids", &doubling);

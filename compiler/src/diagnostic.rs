@@ -173,7 +173,8 @@ codes! {
     /// Image or scene size limit reached
     SizeLimit = "E0404" Limit
         "The image has more pixels than `--max-pixels` allows, the scene more solids than fit in \
-         `--max-memory`, or the program renders more images than `--max-images`.";
+         `--max-memory`, the program renders more images than `--max-images`, or light may be \
+         reflected more often than `--max-reflections`: between two mirrors it would be.";
     /// File name refused
     RefusedPath = "E0501" Policy
         "The scene names its image files, and scenes are not trusted: the name must be relative, \

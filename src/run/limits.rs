@@ -38,6 +38,11 @@ impl LimitArgs {
             let message =
                 format!("the image has {width} x {height} = {shown} pixels; the limit is {limit}");
             (message, "--max-pixels N")
+        } else if job.depth > self.max_reflections {
+            let (shown, limit) =
+                (grouped(u64::from(job.depth)), grouped(u64::from(self.max_reflections)));
+            let message = format!("the reflection depth is {shown}; the limit is {limit}");
+            (message, "--max-reflections N")
         } else if job.object.n_shapes().saturating_mul(bytes_per_shape) > self.max_memory {
             let room = grouped(self.max_memory / bytes_per_shape);
             let n_shapes = shape_count(job.object.n_shapes());
