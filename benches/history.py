@@ -2,7 +2,7 @@
 """Times gmlvm and writes the tables of a folder of benches/history.
 
     cargo build --release
-    python3 benches/history.py OUT [--runs N] [--only kernels,scenes,pairs]
+    python3 benches/history.py OUT [--runs N] [--only kernels,scenes,pairs] [--skip c_flake]
 
 writes into the directory OUT
     kernels.csv  what `cargo bench --bench surfaces` prints, once for each of three runs
@@ -69,6 +69,8 @@ def time_scenes(folders, variants, args, writer):
     lines = []
     for name, folder in folders:
         for scene in sorted(folder.glob("*.gml")):
+            if scene.stem in args.skip.split(","):
+                continue
             for run_idx in range(args.runs):
                 slowest = 0.0
                 for engine, threads in variants:
@@ -154,6 +156,7 @@ def main():
     parser.add_argument("--runs", type=int, default=5, help="runs of each scene")
     parser.add_argument("--patience", type=float, default=30.0, help="seconds; slower is run once")
     parser.add_argument("--only", default="kernels,scenes,pairs")
+    parser.add_argument("--skip", default="", help="names of scenes to leave out")
     args = parser.parse_args()
     args.out.mkdir(parents=True, exist_ok=True)
     wanted = args.only.split(",")

@@ -1,4 +1,14 @@
 //! Surface functions to machine code.
+//!
+//! A surface function is a closure, and all that it captured is known when a scene is rendered. So
+//! it is specialized: run on values that are partly known (`specialize`), which inlines its calls,
+//! settles what can be settled and leaves arithmetic on scalars (`sir`), which Cranelift compiles
+//! (`lower`, `code`). [`shaders`] decides which functions that is done for, and when.
+//!
+//! Whatever cannot be compiled stays with the interpreter, for a [reason](Unsupported); whatever
+//! would be an error at run time is left to it too. So the results are the interpreter's, bit for
+//! bit. Not compiled are functions whose recursion depends on data and is not the last thing that
+//! they do, unless it is shallow, and those whose conditions leave different numbers of values.
 #![deny(unsafe_code)]
 
 mod abi;

@@ -129,15 +129,23 @@ fn underflow(origin: Origin, wanted_by: Option<Operator>) -> Diagnostic {
     Diagnostic::new(Code::StackUnderflow, origin.span, message).label("nothing left to take")
 }
 
-fn mismatch(origin: Origin, op: Operator, found: &[Type]) -> Diagnostic {
-    let list = |types: &[Type]| match types {
+/// `an integer and a real`, `two integers`.
+fn list(types: &[Type]) -> String {
+    const NUMBERS: [&str; 4] = ["no", "one", "two", "three"];
+    match types {
         [] => "nothing".to_owned(),
         [one] => one.with_article().to_owned(),
+        [first, rest @ ..] if types.len() < NUMBERS.len() && rest.iter().all(|ty| ty == first) => {
+            format!("{} {first}s", NUMBERS[types.len()])
+        }
         [init @ .., last] => {
             let init: Vec<_> = init.iter().map(|ty| ty.with_article()).collect();
             format!("{} and {}", init.join(", "), last.with_article())
         }
-    };
+    }
+}
+
+fn mismatch(origin: Origin, op: Operator, found: &[Type]) -> Diagnostic {
     let message =
         format!("`{}` takes {}, but got {}", op.spelling(), list(op.operands()), list(found));
     let mut diagnostic = Diagnostic::new(Code::TypeMismatch, origin.span, message);

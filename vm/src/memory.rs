@@ -1,8 +1,8 @@
-//! The memory limit: how much the values that a machine can reach take up.
+//! How much memory values take that are shared with the outside of a machine: strings, objects and
+//! lights, and what closures and arrays have become there.
 //!
-//! Allocations only add to an estimate. When the estimate passes the limit, the values in reach are
-//! counted and the estimate becomes exact; the limit is reached when 15/16 of it are still in use.
-//! The remaining sixteenth makes counting cheap: it happens at most once for so much allocation.
+//! The heap adds their sizes up as it takes them in, and has them counted, shared parts once, when
+//! it is collected.
 
 use std::collections::HashSet;
 use std::sync::Arc;
