@@ -1,7 +1,7 @@
 //! Number types of the tracer and what is built from them.
 //!
-//! The tracer's formulas are written once, over [`Real`]. Plain `f64` is the instance that renders;
-//! [`Dd`](dd::Dd) carries about 32 digits and is used where a scene is set up.
+//! The tracer's formulas are written once, over [`Real`](real::Real). Plain `f64` is the instance that
+//! renders; [`Dd`](dd::Dd) carries about 32 digits and is used where a scene is set up.
 
 pub mod affine;
 pub mod dd;
