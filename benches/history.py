@@ -64,30 +64,36 @@ def time_scene(gmlvm, scene, engine, threads):
 
 
 def time_scenes(folders, variants, args, writer):
-    """Writes a line for each run; returns the lines."""
+    """Writes a line for each run; returns the lines.
+
+    All scenes are run once before any is run again, so that a burst of other work on the machine
+    falls on one run of many scenes and not on all runs of one.
+    """
     gmlvm = binary()
+    skipped = set(args.skip.split(","))
+    scenes = [(name, scene) for name, folder in folders for scene in sorted(folder.glob("*.gml"))]
+    scenes = [(name, scene) for name, scene in scenes if scene.stem not in skipped]
     lines = []
-    for name, folder in folders:
-        for scene in sorted(folder.glob("*.gml")):
-            if scene.stem in args.skip.split(","):
-                continue
-            for run_idx in range(args.runs):
-                slowest = 0.0
-                for engine, threads in variants:
-                    wall, cpu, stats = time_scene(gmlvm, scene, engine, threads)
-                    slowest = max(slowest, wall)
-                    line = {
-                        "set": name, "scene": scene.stem, "engine": engine, "threads": threads,
-                        "run_idx": run_idx, "wall_s": f"{wall:.5f}", "cpu_s": f"{cpu:.5f}",
-                        "images": stats["counts"]["images"], "pixels": stats["counts"]["pixels"],
-                    }
-                    line |= {phase: f"{stats['phases'][phase]:.6f}" for phase in PHASES}
-                    line |= {kind: stats["rays"][kind] for kind in RAYS}
-                    writer.writerow(line)
-                    lines.append(line)
-                if slowest > args.patience:
-                    break
-            print(f"{name}/{scene.stem}", file=sys.stderr)
+    for run_idx in range(args.runs):
+        slow = set()
+        for name, scene in scenes:
+            for engine, threads in variants:
+                wall, cpu, stats = time_scene(gmlvm, scene, engine, threads)
+                if wall > args.patience:
+                    slow.add(scene)
+                line = {
+                    "set": name, "scene": scene.stem, "engine": engine, "threads": threads,
+                    "run_idx": run_idx, "wall_s": f"{wall:.5f}", "cpu_s": f"{cpu:.5f}",
+                    "images": stats["counts"]["images"], "pixels": stats["counts"]["pixels"],
+                }
+                line |= {phase: f"{stats['phases'][phase]:.6f}" for phase in PHASES}
+                line |= {kind: stats["rays"][kind] for kind in RAYS}
+                lines.append(line)
+        scenes = [(name, scene) for name, scene in scenes if scene not in slow]
+        print(f"run {run_idx + 1} of {args.runs}", file=sys.stderr)
+    order = list(dict.fromkeys((line["set"], line["scene"]) for line in lines))
+    lines.sort(key=lambda line: order.index((line["set"], line["scene"])))
+    writer.writerows(lines)
     return lines
 
 
