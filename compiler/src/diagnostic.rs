@@ -178,8 +178,9 @@ codes! {
     /// File name refused
     RefusedPath = "E0501" Policy
         "The scene names its image files, and scenes are not trusted: the name must be relative, \
-         stay below the output directory, follow no symbolic link and hold no control \
-         characters. `--output NAME` replaces the scene's name by yours.";
+         stay below the output directory, follow no symbolic link, hold no control characters, \
+         have no component that starts with a point, and not be that of another file than an \
+         image. `--output NAME` replaces the scene's name by yours.";
     /// Output cannot be written
     CannotWrite = "E0601" Output
         "The image could not be written. It is written under a temporary name beside its target \

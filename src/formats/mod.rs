@@ -1,7 +1,7 @@
 //! Image files: PPM, PNG and PFM, written from pixels and read for comparison.
 
-use std::fs;
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 use crate::args::ImageFormat;
@@ -39,6 +39,9 @@ pub(crate) struct Raster {
 /// An image may have so many pixels to be read; 12 GiB of memory are enough for anybody.
 const MAX_PIXELS: u64 = 1 << 30;
 
+/// No image of so many pixels needs a larger file; of a file without end, no more is read.
+const MAX_FILE: u64 = 13 * MAX_PIXELS;
+
 impl ImageFormat {
     /// The usual extension.
     pub(crate) fn extension(self) -> &'static str {
@@ -48,12 +51,23 @@ impl ImageFormat {
             ImageFormat::Pfm => "pfm",
         }
     }
+}
 
-    /// The format that an extension stands for.
-    pub(crate) fn from_extension(extension: &str) -> Option<Self> {
-        [ImageFormat::Ppm, ImageFormat::Png, ImageFormat::Pfm]
-            .into_iter()
-            .find(|format| format.extension().eq_ignore_ascii_case(extension))
+/// The format that a name's extension stands for.
+pub(crate) fn of_name(name: &Path) -> Option<ImageFormat> {
+    let extension = name.extension()?.to_str()?;
+    [ImageFormat::Ppm, ImageFormat::Png, ImageFormat::Pfm]
+        .into_iter()
+        .find(|format| format.extension().eq_ignore_ascii_case(extension))
+}
+
+/// The format of a file, by its first two bytes.
+pub(crate) fn of_start(bytes: &[u8]) -> Option<ImageFormat> {
+    match bytes {
+        b"P6" => Some(ImageFormat::Ppm),
+        b"PF" | b"Pf" => Some(ImageFormat::Pfm),
+        b"\x89P" => Some(ImageFormat::Png),
+        _ => None,
     }
 }
 
@@ -74,12 +88,16 @@ pub(crate) fn write(format: ImageFormat, picture: &Picture, out: &mut dyn Write)
 /// # Errors
 /// Says what is wrong.
 pub(crate) fn read(path: &Path) -> Result<Raster, String> {
-    let bytes = fs::read(path).map_err(|error| console::reason(&error))?;
-    match bytes.get(..2) {
-        Some(b"P6") => ppm::read(&bytes),
-        Some(b"PF" | b"Pf") => pfm::read(&bytes),
-        Some(b"\x89P") => png::read(&bytes),
-        _ => Err("is not an image of the formats PPM (P6), PNG or PFM".to_owned()),
+    let io_error = |error: io::Error| console::reason(&error);
+    let file = File::open(path).map_err(io_error)?;
+    let mut bytes = Vec::new();
+    (&file).take(2).read_to_end(&mut bytes).map_err(io_error)?;
+    let format = of_start(&bytes).ok_or("is not an image of the formats PPM (P6), PNG or PFM")?;
+    file.take(MAX_FILE).read_to_end(&mut bytes).map_err(io_error)?;
+    match format {
+        ImageFormat::Ppm => ppm::read(&bytes),
+        ImageFormat::Pfm => pfm::read(&bytes),
+        ImageFormat::Png => png::read(&bytes),
     }
 }
 

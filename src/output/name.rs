@@ -34,6 +34,8 @@ fn component_problem(component: &str) -> Option<&'static str> {
         _ if component.chars().any(char::is_control) => Some("holds a control character"),
         // What is a name here is a path elsewhere.
         _ if component.contains('\\') => Some("holds a backslash"),
+        // Such files steer shells and tools, and nobody would see them appear.
+        _ if component.starts_with('.') => Some("has a hidden component"),
         _ if component.len() > MAX_COMPONENT => Some("has a component of more than 255 bytes"),
         _ => None,
     }
@@ -46,9 +48,7 @@ mod tests {
     #[test]
     fn names_that_lead_elsewhere_are_refused() {
         let refused = |name: &str| components(name).err().unwrap_or_default();
-        for good in
-            ["a.ppm", "a/b/c.ppm", ".hidden", "...", "a..b", "a b", "-", "~", "C:a", "\u{e9}"]
-        {
+        for good in ["a.ppm", "a/b/c.ppm", "a..b", "a b", "-", "~", "C:a", "\u{e9}"] {
             assert_eq!(refused(good), "", "{good}");
         }
         for (bad, why) in [
@@ -61,6 +61,9 @@ mod tests {
             ("a/..", "leaves the output directory"),
             (".", "has a component `.`"),
             ("./a", "has a component `.`"),
+            (".bashrc", "has a hidden component"),
+            ("a/.git/b", "has a hidden component"),
+            ("...", "has a hidden component"),
             ("a//b", "has an empty component"),
             ("a/", "has an empty component"),
             ("a\\b", "holds a backslash"),

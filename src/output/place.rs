@@ -5,12 +5,14 @@
 //! directories around meanwhile.
 
 use std::fs::{self, File};
+use std::io::Read;
 use std::os::fd::OwnedFd;
 use std::path::Path;
 
 use rustix::fs::{AtFlags, FileType, Mode, OFlags, mkdirat, openat, statat, unlinkat};
 use rustix::io::Errno;
 
+use crate::formats;
 use crate::output::Problem;
 
 /// What is said of a directory where a file should be.
@@ -103,12 +105,30 @@ fn blocked(directory: &OwnedFd, component: &str, error: Errno) -> Problem {
 
 fn check(directory: &OwnedFd, name: &str) -> Result<(), Problem> {
     match file_type(directory, name) {
-        Ok(FileType::RegularFile) | Err(Errno::NOENT) => Ok(()),
+        Err(Errno::NOENT) => Ok(()),
+        Ok(FileType::RegularFile) if may_be_replaced(directory, name) => Ok(()),
+        Ok(FileType::RegularFile) => {
+            Err(Problem::Refused("is that of a file that is no image".to_owned()))
+        }
         Ok(FileType::Symlink) => Err(Problem::Refused("is that of a symbolic link".to_owned())),
         Ok(FileType::Directory) => Err(Problem::Failed(DIRECTORY_IN_PLACE.to_owned())),
         Ok(_) => Err(Problem::Failed("something that is no file is in its place".to_owned())),
         Err(error) => Err(error.into()),
     }
+}
+
+/// Whether a file is there to be replaced: it is called an image, is one, or is empty. What else the
+/// user keeps below the output directory, a scene's own text for one, is none of the scene's business.
+fn may_be_replaced(directory: &OwnedFd, name: &str) -> bool {
+    let start = || {
+        let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+        let file = File::from(openat(directory, name, flags, Mode::empty()).ok()?);
+        let mut bytes = Vec::new();
+        file.take(2).read_to_end(&mut bytes).ok()?;
+        Some(bytes)
+    };
+    formats::of_name(Path::new(name)).is_some()
+        || start().is_some_and(|bytes| bytes.is_empty() || formats::of_start(&bytes).is_some())
 }
 
 fn file_type(directory: &OwnedFd, name: &str) -> Result<FileType, Errno> {

@@ -3,7 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use crate::args::{ImageFormat, RunArgs};
+use crate::clean::clean;
 use crate::failure::Failure;
+use crate::formats;
 use crate::output::{self, Problem, Target};
 
 /// Where the images of a run go.
@@ -36,12 +38,20 @@ impl Naming {
             return Ok(Naming::Stdout);
         }
         let text = output.to_string_lossy();
+        if text.ends_with('/') {
+            return Err(Failure::Usage(format!(
+                "`--output {}` names a directory, not a file; see `--out-dir`",
+                clean(&text)
+            )));
+        }
         let rest = text.replace("{name}", "").replace("{n}", "");
         if rest.contains(['{', '}']) {
-            let message = format!("`--output {text}`: the placeholders are {{name}} and {{n}}");
+            let message =
+                format!("`--output {}`: the placeholders are {{name}} and {{n}}", clean(&text));
             return Err(Failure::Usage(message));
         }
-        Ok(Naming::Template(args.out_dir.join(output)))
+        let is_here = args.out_dir == Path::new(".");
+        Ok(Naming::Template(if is_here { output.clone() } else { args.out_dir.join(output) }))
     }
 
     /// Where the image goes that the scene calls `name`, the `number`th of the run.
@@ -58,11 +68,11 @@ impl Naming {
             Naming::Stdout => (None, None),
             Naming::Template(template) => {
                 let path = filled(template, name, number)?;
-                let by_name = format_of(&path);
+                let by_name = formats::of_name(&path);
                 (Some(Target::path(path)), by_name)
             }
             Naming::Scene(directory) => {
-                let by_name = format_of(Path::new(name));
+                let by_name = formats::of_name(Path::new(name));
                 let name = match (format, by_name) {
                     (Some(format), Some(other)) if format != other => with_format(name, format),
                     _ => name.to_owned(),
@@ -73,11 +83,6 @@ impl Naming {
         let format = format.or(by_name).unwrap_or(ImageFormat::Ppm);
         Ok(Destination { file, format })
     }
-}
-
-/// The format that a name's extension stands for.
-fn format_of(name: &Path) -> Option<ImageFormat> {
-    ImageFormat::from_extension(name.extension()?.to_str()?)
 }
 
 /// The name with the extension of a format in place of another format's.
@@ -115,7 +120,7 @@ mod tests {
     #[test]
     fn a_format_replaces_the_extension_of_another() {
         assert_eq!(with_format("a.b/c.ppm", ImageFormat::Png), "a.b/c.png");
-        assert_eq!(format_of(Path::new("a/b.PNG")), Some(ImageFormat::Png));
-        assert_eq!(format_of(Path::new("ppm")), None);
+        assert_eq!(formats::of_name(Path::new("a/b.PNG")), Some(ImageFormat::Png));
+        assert_eq!(formats::of_name(Path::new("ppm")), None);
     }
 }
