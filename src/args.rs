@@ -153,8 +153,8 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) stats: Option<PathBuf>,
 
-    /// Threads for tracing [default: one per processor, or RAYON_NUM_THREADS]
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = "Engine")]
+    /// Threads for tracing, at most 1024 [default: one per processor]
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), env = "RAYON_NUM_THREADS", hide_env_values = true, help_heading = "Engine")]
     pub(crate) threads: Option<u16>,
     /// How surface functions are evaluated
     #[arg(long, value_name = "ENGINE", default_value = "auto", help_heading = "Engine")]
@@ -181,8 +181,8 @@ const RUN_ABOUT: &str = "\
 Run a scene and write its images.
 
 Each `render` writes one image below the output directory, under the name that the scene gives. \
-Scenes are not trusted: a name that leads out of the directory, or through a symbolic link, is \
-refused. An image appears complete or not at all, and replaces one of the same name. For each \
+Scenes are not trusted: a name is refused if it leads out of the directory, through a symbolic \
+link, to a hidden file or to a file that is no image. An image appears complete or not at all, and replaces one of the same name. For each \
 image one line with its name, size and time goes to the standard error.";
 
 const RUN_EXAMPLES: &str = "\

@@ -14,10 +14,27 @@ pub(crate) fn clean(text: &str) -> Cow<'_, str> {
     Cow::Owned(shown)
 }
 
-/// The same for a text of several lines, which stay apart.
+/// The same for a text of several lines, which stay apart; tabs stay too.
 pub(crate) fn clean_lines(text: &str) -> String {
-    let lines: Vec<_> = text.split('\n').map(clean).collect();
-    lines.join("\n")
+    let pieces = text.split_inclusive(['\n', '\t']);
+    pieces.fold(String::with_capacity(text.len()), |mut shown, piece| {
+        let printed = piece.strip_suffix(['\n', '\t']).unwrap_or(piece);
+        shown.push_str(&clean(printed));
+        shown.push_str(&piece[printed.len()..]);
+        shown
+    })
+}
+
+/// A message without the middle of what would fill the screen, such as a name of a million letters.
+pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
+    const MAX: usize = 400;
+    const KEPT: usize = 160;
+    if text.len() <= MAX {
+        return Cow::Borrowed(text);
+    }
+    let start = &text[..text.floor_char_boundary(KEPT)];
+    let end = &text[text.ceil_char_boundary(text.len() - KEPT)..];
+    Cow::Owned(format!("{start} ... {end}"))
 }
 
 /// A number with its digits in groups of three.
@@ -51,7 +68,16 @@ mod tests {
     fn terminals_get_no_commands() {
         assert_eq!(clean("a\u{1b}[2J\"b\\\n"), "a\\u{1b}[2J\"b\\\\u{a}");
         assert_eq!(clean("caf\u{e9} \u{202e}"), "caf\u{e9} \\u{202e}");
-        assert_eq!(clean_lines("a\n\u{7}"), "a\n\\u{7}");
+        assert_eq!(clean_lines("\ta\n\u{7}\n"), "\ta\n\\u{7}\n");
+    }
+
+    #[test]
+    fn long_messages_lose_their_middle() {
+        let short = "\u{e9}".repeat(200);
+        assert_eq!(shortened(&short), short);
+        let long = format!("start{}end", "\u{e9}".repeat(200));
+        let shown = shortened(&long);
+        assert!(shown.len() < 340 && shown.starts_with("start") && shown.ends_with("end"));
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! The standard streams: data on one, words for the user on the other.
 
+use std::fmt::Display;
 use std::io::{self, BufWriter, IsTerminal, Write};
 
 use crate::failure::Failure;
@@ -23,7 +24,7 @@ pub(crate) fn say(text: &str) {
 }
 
 /// What the system says about an error, in the style of our messages.
-pub(crate) fn reason(error: &io::Error) -> String {
+pub(crate) fn reason(error: &impl Display) -> String {
     let text = error.to_string();
     let text = text.split(" (os error").next().unwrap_or_default();
     let mut chars = text.chars();

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use compiler::ast::Body;
@@ -78,7 +78,6 @@ impl<'a> Source<'a> {
         reporter.diagnostics(&[diagnostic], &self.sources, replacement.as_deref())
     }
 
-    /// What finds the files that this scene includes.
     /// File, line and column of a span, as messages show them.
     pub(crate) fn place(&self, span: Span) -> String {
         self.sources.file_of(span).map_or_else(String::new, |file| {
@@ -86,6 +85,7 @@ impl<'a> Source<'a> {
         })
     }
 
+    /// What finds the files that this scene includes.
     pub(crate) fn includes(&self) -> FileIncludes<'a> {
         let directory = if is_stdin(self.path) { None } else { self.path.parent() };
         let directory = directory.unwrap_or(Path::new("")).to_owned();
@@ -114,8 +114,11 @@ pub(crate) struct FileIncludes<'a> {
 
 impl Includes for FileIncludes<'_> {
     fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
-        let beside = self.directories.get(from).map(|directory| directory.join(name));
-        let elsewhere = self.search.iter().map(|directory| directory.join(name));
+        // `./x` is `x`: who includes whom is seen by the names.
+        let is_here = |part: &Component<'_>| *part == Component::CurDir;
+        let name: PathBuf = Path::new(name).components().filter(|part| !is_here(part)).collect();
+        let beside = self.directories.get(from).map(|directory| directory.join(&name));
+        let elsewhere = self.search.iter().map(|directory| directory.join(&name));
         let (path, bytes) = beside
             .into_iter()
             .chain(elsewhere)

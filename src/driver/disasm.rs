@@ -10,6 +10,7 @@ use compiler::preprocess;
 use compiler::source::{SourceMap, Span};
 
 use crate::args::{DisasmArgs, Stage};
+use crate::clean::clean_lines;
 use crate::console;
 use crate::failure::Failure;
 use crate::load::Source;
@@ -77,12 +78,13 @@ fn show(
             )
         }),
         Listing::Tree(tree) => show_tree(tree, sources, out),
-        Listing::Bytecode(program) => match function {
-            Some(index) => {
-                write!(out, "{}", compiler::disasm::function(program, index, sources))
-            }
-            None => write!(out, "{}", compiler::disasm::program(program, sources)),
-        },
+        Listing::Bytecode(program) => {
+            let text = match function {
+                Some(index) => compiler::disasm::function(program, index, sources),
+                None => compiler::disasm::program(program, sources),
+            };
+            out.write_all(clean_lines(&text).as_bytes())
+        }
     }
 }
 

@@ -12,7 +12,7 @@ const WIDTH: usize = 80;
 
 pub(super) fn explain(args: &ExplainArgs) -> Result<u8, Failure> {
     let wanted = args.code.to_ascii_uppercase();
-    let digits = wanted.trim_start_matches('E');
+    let digits = wanted.strip_prefix('E').unwrap_or(&wanted);
     let Some(code) = Code::ALL.iter().find(|code| &code.as_str()[1..] == digits) else {
         return Err(Failure::Usage(format!(
             "there is no code `{}`; did you mean `{}`?",

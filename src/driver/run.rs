@@ -9,6 +9,7 @@ use vm::machine::Machine;
 use vm::program::LoadedProgram;
 
 use crate::args::{Engine, RunArgs};
+use crate::console;
 use crate::failure::Failure;
 use crate::load::Source;
 use crate::report::Reporter;
@@ -72,10 +73,9 @@ fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> 
 
 fn start_threads(args: &RunArgs) -> Result<(), Failure> {
     let n_threads = args.threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(n_threads)
-        .build_global()
-        .map_err(|error| Failure::Usage(format!("cannot start the threads: {error}")))
+    rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global().map_err(|error| {
+        Failure::Usage(format!("cannot start the threads: {}", console::reason(&error)))
+    })
 }
 
 fn write_stats(args: &RunArgs, mut host: Renders<'_>) -> Result<(), Failure> {

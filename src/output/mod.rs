@@ -139,6 +139,9 @@ fn write_trusted(path: &Path, fill: Fill<'_>) -> Result<(), Problem> {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
     };
-    fs::create_dir_all(directory)?;
+    fs::create_dir_all(directory).map_err(|error| match error.kind() {
+        io::ErrorKind::AlreadyExists => io::ErrorKind::NotADirectory.into(),
+        _ => error,
+    })?;
     atomic::replace(&File::open(directory)?, name, fill)
 }

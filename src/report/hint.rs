@@ -42,7 +42,8 @@ pub(crate) fn add_meant(
     similar_binder(&operators(), name).filter(|_| is_long).map(|(operator, _)| operator.to_owned())
 }
 
-/// Labels the file name of an image that is not written, where it stands right before `render`.
+/// Labels the file name of an image that is not written, where it stands right before `render` and
+/// is the one in question: the command line may have given another.
 pub(crate) fn add_file_name(diagnostic: &mut Diagnostic, sources: &SourceMap) {
     if !matches!(diagnostic.code, Code::RefusedPath | Code::CannotWrite) {
         return;
@@ -52,6 +53,7 @@ pub(crate) fn add_file_name(diagnostic: &mut Diagnostic, sources: &SourceMap) {
     let before = file.text[..file.range(span).start].trim_end();
     if let Some(rest) = before.strip_suffix('"')
         && let Some(start) = rest.rfind('"')
+        && diagnostic.message.contains(&rest[start + 1..])
     {
         diagnostic.secondary.push(label(file.span(start, before.len()), "this name"));
     }

@@ -5,7 +5,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Rendere
 use compiler::diagnostic::{Diagnostic, TraceEntry};
 use compiler::source::{LineColumn, SourceMap, Span};
 
-use crate::clean::{clean, clean_lines, grouped};
+use crate::clean::{clean, clean_lines, grouped, shortened};
 use crate::report::excerpt::{Excerpt, excerpts};
 
 /// Of a long trace, this many entries are shown at each end.
@@ -27,7 +27,9 @@ pub(crate) fn render(
     replacement: Option<&str>,
     color: bool,
 ) -> String {
-    let title = Level::ERROR.primary_title(clean(&diagnostic.message)).id(diagnostic.code.as_str());
+    let title = Level::ERROR
+        .primary_title(clean(&shortened(&diagnostic.message)).into_owned())
+        .id(diagnostic.code.as_str());
     let mut group = Group::with_title(title);
     let mut corrections = Vec::new();
     for excerpt in excerpts(diagnostic, sources) {
@@ -102,7 +104,8 @@ fn trace_text(trace: &[TraceEntry], sources: &SourceMap) -> String {
     let (place_width, text_width) = (width(0), width(1));
     let mut text = "calls, outermost first".to_owned();
     for (idx, [place, source]) in shown() {
-        let within = clean(&trace[idx].within);
+        let within = shortened(&trace[idx].within);
+        let within = clean(&within);
         text += &format!("\n{place:<place_width$}  {source:<text_width$}  in {within}");
         match trace[idx].repeats {
             0 | 1 => {}

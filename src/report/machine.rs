@@ -4,7 +4,7 @@ use compiler::diagnostic::{Diagnostic, Label};
 use compiler::source::{SourceFile, SourceMap, Span};
 use serde::Serialize;
 
-use crate::clean::clean;
+use crate::clean::{clean, shortened};
 
 #[derive(Serialize)]
 struct Message<'a> {
@@ -46,7 +46,11 @@ pub(crate) fn short(diagnostic: &Diagnostic, sources: &SourceMap) -> String {
         .file_of(span)
         .map(|file| format!("{}:{}: ", clean(&file.name), file.line_column(span)));
     let code = diagnostic.code.as_str();
-    format!("{}error[{code}]: {}\n", place.unwrap_or_default(), clean(&diagnostic.message))
+    format!(
+        "{}error[{code}]: {}\n",
+        place.unwrap_or_default(),
+        clean(&shortened(&diagnostic.message))
+    )
 }
 
 /// A diagnostic as one line of JSON.

@@ -126,7 +126,7 @@ impl<'a> Renders<'a> {
         };
         let traced = trace::trace_job(job, plan, settings, &|n| bar.inc(n));
         bar.finish_and_clear();
-        traced.map_err(|failure| surface_error(failure, job, &self.args.scene))
+        traced.map_err(|failure| surface_error(failure, job))
     }
 
     fn write(
@@ -193,17 +193,14 @@ pub(crate) fn unwritable(
     Box::new(diagnostic)
 }
 
-fn surface_error(failure: TraceFailure, job: &RenderJob<'_>, scene: &Path) -> Box<Diagnostic> {
+fn surface_error(failure: TraceFailure, job: &RenderJob<'_>) -> Box<Diagnostic> {
     let (x, y) = (failure.x, failure.y);
     let mut diagnostic = failure.error.into_diagnostic();
     if diagnostic.primary.span != job.origin.span {
         diagnostic = diagnostic.also(job.origin.span, "while this image was rendered");
     }
-    let scene = scene.to_string_lossy();
-    Box::new(diagnostic.note(format!(
-        "first met at pixel ({x}, {y}); see it alone with\n  gmlvm run {} --region {x},{y},1,1",
-        clean(&scene)
-    )))
+    let place = format!("first met at pixel ({x}, {y}); see it alone with `--region {x},{y},1,1`");
+    Box::new(diagnostic.note(place))
 }
 
 fn image_stats(
