@@ -17,11 +17,12 @@ use compiler::diagnostic::Diagnostic;
 use compiler::preprocess::NoIncludes;
 use compiler::source::SourceMap;
 use compiler::{degrees, scalar};
-use renderer::surface::{SurfacePoint, SurfaceSample};
+use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 use vm::host::{Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
-use vm::value::{Closure, Value};
+use vm::surfaces::InterpSurfaces;
+use vm::value::Value;
 
 /// Points along each side of the grid on which a surface function is called.
 const GRID: u32 = 64;
@@ -68,12 +69,10 @@ fn main() {
 fn bench_surface(kernel: &Kernel, repeats: usize) {
     let (program, stack) = run(kernel.gml);
     let [Value::Closure(surface)] = &stack[..] else { panic!("a kernel leaves one function") };
-    let mut machine = Machine::new(&program, LIMITS);
-    let expected = assert_same_bits(&mut machine, surface, kernel);
+    let mut surfaces = InterpSurfaces::new(&program, std::slice::from_ref(surface), LIMITS);
+    let expected = assert_same_bits(&mut surfaces, kernel);
     let mut contenders = vec![
-        Contender::new("gmlvm", move || {
-            sum_over_grid(|u, v| answer(call(&mut machine, surface, u, v)))
-        }),
+        Contender::new("gmlvm", move || sum_over_grid(|u, v| answer(call(&mut surfaces, u, v)))),
         Contender::new("rust", || sum_over_grid(black_box(kernel.twin))),
     ];
     contenders.extend(Contender::in_lua(kernel.name, GRID));
@@ -118,8 +117,8 @@ fn run(gml: &str) -> (Arc<LoadedProgram>, Vec<Value>) {
     (program, stack)
 }
 
-fn call(machine: &mut Machine<'_>, surface: &Arc<Closure>, u: f64, v: f64) -> SurfaceSample {
-    match machine.surface(surface.clone(), SurfacePoint { face: 0, u, v }) {
+fn call(surfaces: &mut InterpSurfaces<'_>, u: f64, v: f64) -> SurfaceSample {
+    match surfaces.eval(SurfaceId(0), SurfacePoint { face: 0, u, v }) {
         Ok(sample) => sample,
         Err(error) => panic!("{}", error.into_diagnostic().message),
     }
@@ -131,9 +130,9 @@ fn answer(sample: SurfaceSample) -> Answer {
 }
 
 /// Compares interpreter and twin on the whole grid; returns the sum of all answers.
-fn assert_same_bits(machine: &mut Machine<'_>, surface: &Arc<Closure>, kernel: &Kernel) -> f64 {
+fn assert_same_bits(surfaces: &mut InterpSurfaces<'_>, kernel: &Kernel) -> f64 {
     sum_over_grid(|u, v| {
-        let got = answer(call(machine, surface, u, v));
+        let got = answer(call(surfaces, u, v));
         let expected = (kernel.twin)(u, v);
         assert_eq!(
             got.map(f64::to_bits),

@@ -1,107 +1,86 @@
 //! The dispatch loop.
 //!
 //! Arms for scalar operators derive from the operator table and only fetch operands and store
-//! results; what they compute stands in `compiler::scalar`. A frame is a window of 256 registers,
-//! so that a register number needs no bounds check.
+//! results; what they compute stands in `compiler::scalar`.
 
-use compiler::bytecode::{CaptureSource, Function, Opcode};
+use compiler::bytecode::{CaptureSource, Format};
 use compiler::op::{Operator, Type};
-use compiler::scalar::{self, Operands};
+use compiler::scalar::{self, Fault, Operands};
 use compiler::{for_each_scalar, scalar_operand, scalar_result};
 
 use crate::display;
 use crate::error::Problem;
 use crate::host::Host;
-use crate::machine::{Frame, Machine, WINDOW};
+use crate::machine::{Frame, Limits, Machine};
 use crate::ops;
+use crate::program::LoadedFunction;
+use crate::registers::WINDOW;
+use crate::step::{Op, for_each_extra};
 use crate::value::Value;
 use crate::word::{Tag, Word};
 
-fn window(registers: &mut [Word], base: usize) -> &mut [Word; WINDOW] {
-    registers[base..].first_chunk_mut().expect("entering a function makes room for a window")
-}
-
-/// The match on the opcode: the given arms, and one for each form of each scalar operator.
+/// The match on a step: the given arms, and one for each form of each scalar operator. The macros
+/// of the loop fetch operands (`r` from a register, `k` from the step, `acc` from the accumulator)
+/// and say what becomes of results.
 macro_rules! dispatch {
-    ([$insn:ident $frame:ident $constants:ident $pc:ident $trap:ident { $($control:tt)* }]
+    ([[$op:expr, { $($control:tt)* }]
       unary { $($(#[$ud:meta])+ $u:ident $us:literal $uf:ident($ut:ident) -> $ur:ident;)* }
       binary { $($(#[$bd:meta])+ $b:ident $bk:ident $bs:literal $bf:ident($bt:ident, $bt2:ident) -> $br:ident;)* }
       compare { $($(#[$cd:meta])+ $c:ident $ck:ident $cj:ident $cjk:ident $cs:literal $cf:ident($ct:ident, $ct2:ident) -> $cr:ident;)* }
-      ternary { $($(#[$td:meta])+ $t:ident $ts:literal $tf:ident($tt:ident, $tt2:ident, $tt3:ident) -> $tr:ident;)* }) => {
-        match $insn.op {
+      ternary { $($(#[$td:meta])+ $t:ident $ts:literal $tf:ident($tt:ident, $tt2:ident, $tt3:ident) -> $tr:ident;)* }]
+      unary { $($xu:ident $xua:ident $xuf:ident -> $xur:ident;)* }
+      binary { $($xb:ident $xbk:ident $xbf:ident $ra:ident $ar:ident $aa:ident $ak:ident $kr:ident $ka:ident $rc:ident $ac:ident $rm:ident;)* }
+      jump { $($xj:ident $xjk:ident $xjf:ident $jra:ident $jar:ident $jak:ident;)* }) => {
+        match $op {
             $($control)*
-            $(Opcode::$u => {
-                let operand = &$frame[$insn.b as usize];
-                let Some(x) = scalar_operand!($ut, operand) else {
-                    $trap!(mismatch(Operator::$u, &[operand]))
-                };
-                match scalar::$uf(x) {
-                    Ok(result) => $frame[$insn.a as usize].set(scalar_result!($ur, result)),
-                    Err(fault) => $trap!(faulted(Operator::$u, fault, &[operand])),
-                }
-            })*
-            $(Opcode::$b => binary!($insn $frame $trap $b $bf($bt $bt2) $br, &$frame[$insn.c as usize]),
-              Opcode::$bk => binary!($insn $frame $trap $b $bf($bt $bt2) $br, &$constants[$insn.imm as usize]),)*
-            $(Opcode::$c => binary!($insn $frame $trap $c $cf($ct $ct2) $cr, &$frame[$insn.c as usize]),
-              Opcode::$ck => binary!($insn $frame $trap $c $cf($ct $ct2) $cr, &$constants[$insn.imm as usize]),
-              Opcode::$cj => compare!($insn $frame $pc $trap $c $cf($ct $ct2), &$frame[$insn.b as usize]),
-              Opcode::$cjk => compare!($insn $frame $pc $trap $c $cf($ct $ct2), &$constants[$insn.b as usize]),)*
-            $(Opcode::$t => {
-                let operands = [&$frame[$insn.a as usize], &$frame[$insn.b as usize], &$frame[$insn.c as usize]];
-                let (Some(x), Some(y), Some(z)) = (
-                    scalar_operand!($tt, operands[0]),
-                    scalar_operand!($tt2, operands[1]),
-                    scalar_operand!($tt3, operands[2]),
-                ) else {
-                    $trap!(mismatch(Operator::$t, &operands))
-                };
-                match scalar::$tf(x, y, z) {
-                    Ok(result) => $frame[$insn.imm as u8 as usize].set(scalar_result!($tr, result)),
-                    Err(fault) => $trap!(faulted(Operator::$t, fault, &operands)),
-                }
-            })*
+            $(Op::$u => store!($ur a, scalar::$uf(r!($ut b))),)*
+            $(Op::$b => store!($br a, scalar::$bf(r!($bt b), r!($bt2 c))),
+              Op::$bk => store!($br a, scalar::$bf(r!($bt b), k!($bt2))),)*
+            $(Op::$c => store!($cr a, scalar::$cf(r!($ct b), r!($ct2 c))),
+              Op::$ck => store!($cr a, scalar::$cf(r!($ct b), k!($ct2))),
+              Op::$cj => jump_unless!(scalar::$cf(r!($ct a), r!($ct2 b))),
+              Op::$cjk => jump_unless!(scalar::$cf(r!($ct a), k!($ct2))),)*
+            $(Op::$t => store!($tr imm, scalar::$tf(r!($tt a), r!($tt2 b), r!($tt3 c))),)*
+            $(Op::$xua => store!($xur a, scalar::$xuf(acc!())),)*
+            $(Op::$ra => store!(Real a, scalar::$xbf(r!(Real b), acc!())),
+              Op::$ar => store!(Real a, scalar::$xbf(acc!(), r!(Real c))),
+              Op::$aa => store!(Real a, scalar::$xbf(acc!(), acc!())),
+              Op::$ak => store!(Real a, scalar::$xbf(acc!(), k!(Real))),
+              Op::$kr => {
+                  load!();
+                  store!(Real a, scalar::$xbf(k!(Real), r!(Real c)))
+              }
+              Op::$ka => {
+                  load!();
+                  store!(Real a, scalar::$xbf(k!(Real), acc!()))
+              }
+              Op::$rc => {
+                  capture!();
+                  store!(Real a, scalar::$xbf(r!(Real b), r!(Real c)))
+              }
+              Op::$ac => {
+                  capture!();
+                  store!(Real a, scalar::$xbf(acc!(), r!(Real c)))
+              }
+              Op::$rm => {
+                  multiply!();
+                  store!(Real imm, scalar::$xbf(r!(Real c), acc!()))
+              })*
+            $(Op::$jra => jump_unless!(scalar::$xjf(r!(Real a), acc!())),
+              Op::$jar => jump_unless!(scalar::$xjf(acc!(), r!(Real b))),
+              Op::$jak => jump_unless!(scalar::$xjf(acc!(), k!(Real))),)*
         }
     };
 }
 
-macro_rules! binary {
-    ($insn:ident $frame:ident $trap:ident $op:ident $function:ident($x:ident $y:ident) $result:ident, $second:expr) => {{
-        let (first, second) = (&$frame[$insn.b as usize], $second);
-        let (Some(x), Some(y)) = (scalar_operand!($x, first), scalar_operand!($y, second)) else {
-            $trap!(mismatch(Operator::$op, &[first, second]))
-        };
-        match scalar::$function(x, y) {
-            Ok(result) => $frame[$insn.a as usize].set(scalar_result!($result, result)),
-            Err(fault) => $trap!(faulted(Operator::$op, fault, &[first, second])),
-        }
-    }};
-}
-
-macro_rules! compare {
-    ($insn:ident $frame:ident $pc:ident $trap:ident $op:ident $function:ident($x:ident $y:ident), $second:expr) => {{
-        let (first, second) = (&$frame[$insn.a as usize], $second);
-        let (Some(x), Some(y)) = (scalar_operand!($x, first), scalar_operand!($y, second)) else {
-            $trap!(mismatch(Operator::$op, &[first, second]))
-        };
-        match scalar::$function(x, y) {
-            Ok(true) => {}
-            Ok(false) => $pc += $insn.imm as usize,
-            Err(fault) => $trap!(faulted(Operator::$op, fault, &[first, second])),
-        }
-    }};
+macro_rules! with_extra {
+    ($($rows:tt)*) => { for_each_extra!(dispatch, [$($rows)*]) };
 }
 
 #[cold]
 #[inline(never)]
-fn mismatch(op: Operator, operands: &[&Word]) -> Problem {
+fn mismatch(op: Operator, operands: &[Word]) -> Problem {
     Problem::Mismatch(op, operands.iter().map(|operand| operand.type_of()).collect())
-}
-
-#[cold]
-#[inline(never)]
-fn faulted(op: Operator, fault: scalar::Fault, operands: &[&Word]) -> Problem {
-    let scalars = operands.iter().filter_map(|operand| operand.to_scalar());
-    Problem::Fault(op, fault, scalars.map(|scalar| display::to_text(&scalar)).collect())
 }
 
 impl Machine<'_> {
@@ -109,22 +88,33 @@ impl Machine<'_> {
     /// running then, and `frames` and `stopped_at` tell the rest.
     pub(crate) fn execute(&mut self, mut host: Option<&mut dyn Host>) -> Result<(), Box<Problem>> {
         let program = self.program;
-        let functions = &program.bytecode.functions[..];
+        let functions = &program.functions[..];
         let mut base = 0;
-        let mut pc = 0;
+        let mut accumulator = 0.0;
         self.stopped_at = 0;
         self.make_room(0)?;
         let mut index = self.heap.function(self.closure) as usize;
-        self.enter(index, base)?;
         let mut function = &functions[index];
-        let mut code = &function.code[..];
-        let mut constants = &program.constants[index][..];
-        let mut frame = window(&mut self.registers, base);
+        self.enter(function, base)?;
+        let mut rest = &function.steps[..];
+        let mut frame = self.registers.window(base);
+
+        // The position behind the current step.
+        macro_rules! pc {
+            () => {
+                function.steps.len() - rest.len()
+            };
+        }
+        macro_rules! skip {
+            ($n_steps:expr) => {
+                rest = &rest[$n_steps..]
+            };
+        }
 
         macro_rules! trap {
             ($problem:expr) => {{
                 let problem = Box::new($problem);
-                self.stopped_at = pc - 1;
+                self.stopped_at = pc!() - 1;
                 return Err(problem);
             }};
         }
@@ -133,111 +123,210 @@ impl Machine<'_> {
                 match $result {
                     Ok(value) => value,
                     Err(problem) => {
-                        self.stopped_at = pc - 1;
+                        self.stopped_at = pc!() - 1;
                         return Err(problem);
                     }
                 }
             };
         }
-        // Continues in function `index` at `pc`, with the frame at `base`.
+        // A scalar operator has got operands of the wrong types or, with a fault, values.
+        macro_rules! trap_scalar {
+            ($fault:expr) => {{
+                self.stopped_at = pc!() - 1;
+                return Err(self.scalar_problem(index, base, $fault));
+            }};
+        }
+        // Continues in function `index` from a position on, with the frame at `base`.
         macro_rules! resume {
-            () => {
+            ($pc:expr) => {
                 function = &functions[index];
-                code = &function.code;
-                constants = &program.constants[index];
-                frame = window(&mut self.registers, base);
+                rest = &function.steps[$pc..];
+                frame = self.registers.window(base);
             };
         }
         // The closure in a register, after room has been made for its call.
         macro_rules! callee {
             ($register:expr) => {{
-                let register = $register as usize;
-                if frame[register].tag != Tag::Closure {
-                    trap!(mismatch(Operator::Apply, &[&frame[register]]))
+                if frame.tag($register) != Tag::Closure {
+                    trap!(mismatch(Operator::Apply, &[frame.get($register)]))
                 }
-                check!(self.make_room(base + n_used(function)));
-                self.registers[base + register].address()
+                check!(self.make_room(base + function.n_used));
+                frame = self.registers.window(base);
+                frame.get($register).address()
             }};
         }
 
         loop {
-            let insn = code[pc];
-            pc += 1;
-            for_each_scalar!(dispatch, [insn frame constants pc trap {
-                Opcode::Load => frame[insn.a as usize].set(constants[insn.imm as usize]),
-                Opcode::Capture => {
-                    frame[insn.a as usize].set(self.heap.capture(self.closure, insn.imm));
-                }
-                Opcode::Move => {
-                    let word = frame[insn.b as usize];
-                    frame[insn.a as usize].set(word);
-                }
-                Opcode::Spill => {
-                    let word = frame[insn.a as usize];
-                    self.registers[slot(function, base, insn.imm)] = word;
-                    frame = window(&mut self.registers, base);
-                }
-                Opcode::Unspill => {
-                    let word = self.registers[slot(function, base, insn.imm)];
-                    frame = window(&mut self.registers, base);
-                    frame[insn.a as usize] = word;
-                }
-                Opcode::Push => self.stack.push(frame[insn.a as usize]),
-                Opcode::Push2 => {
-                    self.stack.push(frame[insn.a as usize]);
-                    self.stack.push(frame[insn.b as usize]);
-                }
-                Opcode::Push3 => {
-                    self.stack.push(frame[insn.a as usize]);
-                    self.stack.push(frame[insn.b as usize]);
-                    self.stack.push(frame[insn.c as usize]);
-                }
-                Opcode::PushConstant => self.stack.push(constants[insn.imm as usize]),
-                Opcode::Pop => {
-                    for offset in 0..insn.b {
-                        if self.stack.len() <= self.floor {
-                            let wanted_by = Operator::ALL.get((insn.c as usize).wrapping_sub(1));
-                            trap!(Problem::Underflow(wanted_by.copied(), offset as usize))
+            let [step, behind @ ..] = rest else {
+                unreachable!("functions end with a return or call")
+            };
+            rest = behind;
+
+            macro_rules! register {
+                (imm) => {
+                    step.imm as u8
+                };
+                ($field:ident) => {
+                    step.$field
+                };
+            }
+            macro_rules! r {
+                ($type:ident $field:ident) => {
+                    match scalar_operand!($type, &frame.get(register!($field))) {
+                        Some(operand) => operand,
+                        None => trap_scalar!(None),
+                    }
+                };
+            }
+            macro_rules! k {
+                (Int) => {
+                    step.k as i64
+                };
+                (Real) => {
+                    f64::from_bits(step.k)
+                };
+            }
+            macro_rules! acc {
+                () => {
+                    accumulator
+                };
+            }
+            macro_rules! store {
+                (Real $field:ident, $result:expr) => {
+                    match $result {
+                        Ok(result) => {
+                            accumulator = result;
+                            frame.set_real(register!($field), result);
                         }
-                        self.stack.pop_to(&mut frame[insn.a.wrapping_add(offset) as usize]);
+                        Err(fault) => trap_scalar!(Some(fault)),
+                    }
+                };
+                ($type:ident $field:ident, $result:expr) => {
+                    match $result {
+                        Ok(result) => frame.set(register!($field), scalar_result!($type, result)),
+                        Err(fault) => trap_scalar!(Some(fault)),
+                    }
+                };
+            }
+            macro_rules! jump_unless {
+                ($result:expr) => {
+                    match $result {
+                        Ok(true) => {}
+                        Ok(false) => skip!(step.imm as usize),
+                        Err(fault) => trap_scalar!(Some(fault)),
+                    }
+                };
+            }
+            // The first halves of fused steps.
+            macro_rules! load {
+                () => {
+                    frame.set_real(step.b, k!(Real));
+                    skip!(1);
+                };
+            }
+            macro_rules! capture {
+                () => {
+                    frame.set(step.c, self.heap.capture(self.closure, step.imm));
+                    skip!(1);
+                };
+            }
+            macro_rules! multiply {
+                () => {
+                    store!(Real a, scalar::mul_f(r!(Real b), k!(Real)));
+                    skip!(1);
+                };
+            }
+
+            for_each_scalar!(with_extra, [step.op, {
+                Op::Load => frame.set(step.a, function.constants[step.imm as usize]),
+                Op::Capture => {
+                    frame.set(step.a, self.heap.capture(self.closure, step.imm));
+                }
+                Op::Move => {
+                    let word = frame.get(step.b);
+                    frame.set(step.a, word);
+                }
+                Op::Spill => {
+                    let word = frame.get(step.a);
+                    self.registers.set(slot(function, base, step.imm), word);
+                    frame = self.registers.window(base);
+                }
+                Op::Unspill => {
+                    let word = self.registers.get(slot(function, base, step.imm));
+                    frame = self.registers.window(base);
+                    frame.set(step.a, word);
+                }
+                Op::Push => self.stack.push([frame.get(step.a)]),
+                Op::Push2 => self.stack.push([frame.get(step.a), frame.get(step.b)]),
+                Op::Push3 => {
+                    self.stack.push([step.a, step.b, step.c].map(|r| frame.get(r)));
+                }
+                Op::Push4 => {
+                    self.stack.push([step.a, step.b, step.c, step.imm as u8].map(|r| frame.get(r)));
+                    skip!(1);
+                }
+                Op::PushConstant => self.stack.push([function.constants[step.imm as usize]]),
+                Op::PushConstants => {
+                    let indices = [step.imm, step.k as u32, (step.k >> 32) as u32];
+                    self.stack.push(indices.map(|index| function.constants[index as usize]));
+                    skip!(2);
+                }
+                Op::Pop3 if self.stack.len() - self.floor >= 3 => {
+                    let words = self.stack.pop::<3>();
+                    frame.set_all(step.a, words);
+                }
+                Op::Pop4 if self.stack.len() - self.floor >= 4 => {
+                    let words = self.stack.pop::<4>();
+                    frame.set_all(step.a, words);
+                    skip!(1);
+                }
+                Op::Pop | Op::Pop3 | Op::Pop4 => {
+                    let n_found = self.stack.len() - self.floor;
+                    if n_found < step.b as usize {
+                        let wanted_by = Operator::ALL.get((step.c as usize).wrapping_sub(1));
+                        trap!(Problem::Underflow(wanted_by.copied(), n_found))
+                    }
+                    for offset in 0..step.b {
+                        let [word] = self.stack.pop();
+                        frame.set(step.a.wrapping_add(offset), word);
                     }
                 }
-                Opcode::MakeClosure => {
-                    let sources = &functions[insn.imm as usize].captures;
-                    let made = self.heap.closure(insn.imm, sources.len());
+                Op::MakeClosure => {
+                    let sources = &program.bytecode.functions[step.imm as usize].captures;
+                    let made = self.heap.closure(step.imm, sources.len());
                     for (idx, source) in sources.iter().enumerate() {
                         let word = match *source {
-                            CaptureSource::Register(register) => frame[register as usize],
+                            CaptureSource::Register(register) => frame.get(register),
                             CaptureSource::Capture(index) => self.heap.capture(self.closure, index),
                             CaptureSource::Slot(index) => {
-                                let word = self.registers[slot(function, base, index)];
-                                frame = window(&mut self.registers, base);
+                                let word = self.registers.get(slot(function, base, index));
+                                frame = self.registers.window(base);
                                 word
                             }
                         };
                         self.heap.items_mut(made.address())[idx].set(word);
                     }
-                    frame[insn.a as usize].set(made);
+                    frame.set(step.a, made);
                 }
-                Opcode::BeginArray => {
+                Op::BeginArray => {
                     self.floors.push(self.floor);
                     self.floor = self.stack.len();
                 }
-                Opcode::EndArray => {
+                Op::EndArray => {
                     let array = self.collect_array(self.floor);
                     self.floor = self.floors.pop().unwrap_or(0);
-                    frame = window(&mut self.registers, base);
-                    frame[insn.a as usize].set(array);
-                    check!(self.make_room(base + n_used(function)));
-                    frame = window(&mut self.registers, base);
+                    frame = self.registers.window(base);
+                    frame.set(step.a, array);
+                    check!(self.make_room(base + function.n_used));
+                    frame = self.registers.window(base);
                 }
-                Opcode::MakeArray => {
-                    let array = self.collect_array(self.stack.len() - insn.imm as usize);
-                    frame = window(&mut self.registers, base);
-                    frame[insn.a as usize].set(array);
+                Op::MakeArray => {
+                    let array = self.collect_array(self.stack.len() - step.imm as usize);
+                    frame = self.registers.window(base);
+                    frame.set(step.a, array);
                 }
-                Opcode::Get => {
-                    let operands = [&frame[insn.b as usize], &frame[insn.c as usize]];
+                Op::Get => {
+                    let operands = [frame.get(step.b), frame.get(step.c)];
                     let (Tag::Array, Some(index)) = (operands[0].tag, operands[1].as_int()) else {
                         trap!(mismatch(Operator::Get, &operands))
                     };
@@ -245,99 +334,118 @@ impl Machine<'_> {
                     let Some(item) = self.heap.item(array, index) else {
                         trap!(Problem::Subscript(index, self.heap.length(array)))
                     };
-                    frame[insn.a as usize].set(item);
+                    frame.set(step.a, item);
                 }
-                Opcode::Length => {
-                    let array = &frame[insn.b as usize];
+                Op::Length => {
+                    let array = frame.get(step.b);
                     if array.tag != Tag::Array {
                         trap!(mismatch(Operator::Length, &[array]))
                     }
-                    let length = self.heap.length(array.address());
-                    frame[insn.a as usize].set(Word::from_int(length as i64));
+                    frame.set(step.a, Word::from_int(self.heap.length(array.address()) as i64));
                 }
-                Opcode::Apply => {
-                    let callee = callee!(insn.a);
+                Op::Apply => {
+                    let callee = callee!(step.a);
                     if self.frames.len() >= self.limits.max_depth {
                         trap!(Problem::DepthLimit(self.limits.max_depth))
                     }
-                    let callee_base = base + n_used(function);
-                    index = self.heap.function(callee) as usize;
-                    check!(self.enter(index, callee_base));
-                    self.frames.push(Frame { closure: self.closure, pc, base });
-                    (self.closure, base, pc) = (callee, callee_base, 0);
-                    resume!();
+                    let callee_base = base + function.n_used;
+                    let callee_index = self.heap.function(callee) as usize;
+                    check!(self.enter(&functions[callee_index], callee_base));
+                    self.frames.push(Frame { closure: self.closure, pc: pc!(), base });
+                    (self.closure, index, base) = (callee, callee_index, callee_base);
+                    resume!(0);
                 }
-                Opcode::TailApply => {
-                    let callee = callee!(insn.a);
-                    index = self.heap.function(callee) as usize;
-                    check!(self.enter(index, base));
-                    (self.closure, pc) = (callee, 0);
-                    resume!();
+                Op::TailApply => {
+                    let callee = callee!(step.a);
+                    if callee == self.closure {
+                        check!(pay(&mut self.fuel, &self.limits, function));
+                        rest = &function.steps;
+                        continue;
+                    }
+                    let callee_index = self.heap.function(callee) as usize;
+                    check!(self.enter(&functions[callee_index], base));
+                    (self.closure, index) = (callee, callee_index);
+                    resume!(0);
                 }
-                Opcode::Return => {
+                Op::Return => {
                     let Some(caller) = self.frames.pop() else { return Ok(()) };
-                    (self.closure, base, pc) = (caller.closure, caller.base, caller.pc);
+                    (self.closure, base) = (caller.closure, caller.base);
                     index = self.heap.function(self.closure) as usize;
-                    resume!();
+                    resume!(caller.pc);
                 }
-                Opcode::Choose => {
-                    let operands = [&frame[insn.a as usize], &frame[insn.b as usize], &frame[insn.c as usize]];
+                Op::Choose => {
+                    let operands = [frame.get(step.a), frame.get(step.b), frame.get(step.c)];
                     let (Some(condition), Tag::Closure, Tag::Closure) =
                         (operands[0].as_bool(), operands[1].tag, operands[2].tag)
                     else {
                         trap!(mismatch(Operator::If, &operands))
                     };
-                    let chosen = *operands[if condition { 1 } else { 2 }];
-                    frame[insn.imm as u8 as usize].set(chosen);
+                    frame.set(step.imm as u8, operands[if condition { 1 } else { 2 }]);
                 }
-                Opcode::Jump => pc += insn.imm as usize,
-                Opcode::JumpUnless => match frame[insn.a as usize].as_bool() {
+                Op::Jump => skip!(step.imm as usize),
+                Op::JumpUnless => match frame.get(step.a).as_bool() {
                     Some(true) => {}
-                    Some(false) => pc += insn.imm as usize,
+                    Some(false) => skip!(step.imm as usize),
                     None => trap!(Problem::Mismatch(
                         Operator::If,
-                        vec![frame[insn.a as usize].type_of(), Type::Closure, Type::Closure],
+                        vec![frame.get(step.a).type_of(), Type::Closure, Type::Closure],
                     )),
                 },
-                Opcode::Unbound => {
-                    let Value::Str(name) = self.heap.foreign(constants[insn.imm as usize]) else {
+                Op::Unbound => {
+                    let name = function.constants[step.imm as usize];
+                    let Value::Str(name) = self.heap.foreign(name) else {
                         unreachable!("the compiler gives a name")
                     };
                     trap!(Problem::Unbound(name.clone()))
                 }
-                Opcode::Operate => {
-                    let op = Operator::ALL[insn.b as usize];
-                    let origin = function.origins[pc - 1];
+                Op::Operate => {
+                    let op = Operator::ALL[step.b as usize];
+                    let origin = program.bytecode.functions[index].origins[pc!() - 1];
                     let result = check!(ops::operate(op, self, origin, &mut host));
-                    frame = window(&mut self.registers, base);
+                    frame = self.registers.window(base);
                     if let Some(word) = result {
-                        frame[insn.a as usize].set(word);
+                        frame.set(step.a, word);
                     }
                 }
+                Op::Mistyped => trap_scalar!(None),
             }])
         }
     }
 
     /// Pays for a call and makes room for its frame.
     #[inline(always)]
-    fn enter(&mut self, callee: usize, base: usize) -> Result<(), Box<Problem>> {
-        let function = &self.program.bytecode.functions[callee];
-        let cost = function.code.len() as u64;
-        if self.fuel < cost {
-            return Err(Box::new(Problem::FuelLimit(self.limits.fuel)));
-        }
-        self.fuel -= cost;
-        let needed = base + WINDOW + function.n_slots as usize;
+    fn enter(&mut self, callee: &LoadedFunction, base: usize) -> Result<(), Box<Problem>> {
+        pay(&mut self.fuel, &self.limits, callee)?;
+        let needed = base + WINDOW + callee.n_used;
         if self.registers.len() < needed {
-            self.grow(needed);
+            self.registers.grow(needed);
         }
         Ok(())
     }
 
+    /// What is wrong with the operands of the scalar operator at which the machine has stopped.
     #[cold]
     #[inline(never)]
-    fn grow(&mut self, n_registers: usize) {
-        self.registers.resize(n_registers.next_multiple_of(WINDOW * 4), Word::NOTHING);
+    fn scalar_problem(&self, function: usize, base: usize, fault: Option<Fault>) -> Box<Problem> {
+        let insn = self.program.bytecode.functions[function].code[self.stopped_at];
+        let r = |register: u8| self.registers.get(base + register as usize);
+        let k = |index: u32| self.program.functions[function].constants[index as usize];
+        let operands = match insn.op.format() {
+            Format::AB => vec![r(insn.b)],
+            Format::ABC => vec![r(insn.b), r(insn.c)],
+            Format::ABConstant => vec![r(insn.b), k(insn.imm)],
+            Format::ABJump => vec![r(insn.a), r(insn.b)],
+            Format::AKJump => vec![r(insn.a), k(u32::from(insn.b))],
+            _ => vec![r(insn.a), r(insn.b), r(insn.c)],
+        };
+        let op = insn.op.operator().expect("only scalar operators have such problems");
+        Box::new(match fault {
+            None => mismatch(op, &operands),
+            Some(fault) => {
+                let scalars = operands.iter().filter_map(|operand| operand.to_scalar());
+                Problem::Fault(op, fault, scalars.map(|scalar| display::to_text(&scalar)).collect())
+            }
+        })
     }
 
     /// An array of what is on the stack from index `from` on.
@@ -350,12 +458,17 @@ impl Machine<'_> {
     }
 }
 
-/// Registers and slots of a function.
-fn n_used(function: &Function) -> usize {
-    (function.n_registers + function.n_slots) as usize
+/// Pays for a call.
+#[inline(always)]
+fn pay(fuel: &mut u64, limits: &Limits, callee: &LoadedFunction) -> Result<(), Box<Problem>> {
+    let Some(left) = fuel.checked_sub(callee.steps.len() as u64) else {
+        return Err(Box::new(Problem::FuelLimit(limits.fuel)));
+    };
+    *fuel = left;
+    Ok(())
 }
 
 /// Where a spill slot is.
-fn slot(function: &Function, base: usize, index: u32) -> usize {
-    base + (function.n_registers + index) as usize
+fn slot(function: &LoadedFunction, base: usize, index: u32) -> usize {
+    base + function.n_registers + index as usize
 }

@@ -10,13 +10,10 @@ use crate::exchange::Imports;
 use crate::heap::{Collection, Heap};
 use crate::host::Host;
 use crate::program::LoadedProgram;
+use crate::registers::Registers;
 use crate::stack::OperandStack;
 use crate::value::Value;
 use crate::word::Word;
-
-/// Registers that an instruction can name. The frame of the running call is a window of so many,
-/// of which the function uses its first few; the callee's window starts behind those.
-pub(crate) const WINDOW: usize = 256;
 
 /// What a program may use up.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +49,7 @@ pub struct Machine<'p> {
     /// Operands that cross calls.
     pub(crate) stack: OperandStack,
     /// Frames of all active calls; values above the running one's are dead.
-    pub(crate) registers: Vec<Word>,
+    pub(crate) registers: Registers,
     pub(crate) frames: Vec<Frame>,
     /// Where in the heap the running closure is.
     pub(crate) closure: usize,
@@ -78,7 +75,7 @@ impl<'p> Machine<'p> {
             imports: Imports::default(),
             surfaces: Vec::new(),
             stack: OperandStack::default(),
-            registers: Vec::new(),
+            registers: Registers::default(),
             frames: Vec::new(),
             closure: 0,
             floor: 0,
@@ -143,11 +140,10 @@ impl<'p> Machine<'p> {
     #[cold]
     #[inline(never)]
     fn collect(&mut self, top: usize) -> Result<(), Box<Problem>> {
-        let (live, dead) = self.registers.split_at_mut(top);
-        dead.fill(Word::NOTHING);
         let mut collection = Collection::begin(&mut self.heap);
+        self.registers.update(top, |word| collection.keep(word));
         let outside = self.imports.words_mut().chain(&mut self.surfaces);
-        for word in live.iter_mut().chain(self.stack.as_mut_slice()).chain(outside) {
+        for word in self.stack.as_mut_slice().iter_mut().chain(outside) {
             collection.keep(word);
         }
         for frame in &mut self.frames {

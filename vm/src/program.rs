@@ -3,21 +3,30 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use compiler::bytecode::{Constant, ConstantArray, Program};
+use compiler::bytecode::{Constant, ConstantArray, Function, Program};
 use compiler::scalar::Operands;
 
 use crate::heap::Heap;
+use crate::step::{self, Step};
 use crate::value::Value;
 use crate::word::{Tag, Word};
 
-/// Bytecode and its constants, shared by all threads that run it.
+/// Bytecode and what the interpreter makes of it, shared by all threads that run it.
 pub struct LoadedProgram {
     /// The bytecode.
     pub bytecode: Program,
-    /// The constants of each function.
-    pub(crate) constants: Vec<Vec<Word>>,
+    pub(crate) functions: Vec<LoadedFunction>,
     /// What every machine's heap begins with: the constants that do not fit into words.
     pub(crate) heap: Heap,
+}
+
+/// A function as the interpreter runs it.
+pub(crate) struct LoadedFunction {
+    pub(crate) steps: Vec<Step>,
+    pub(crate) constants: Vec<Word>,
+    /// Number of registers, and of registers and spill slots.
+    pub(crate) n_registers: usize,
+    pub(crate) n_used: usize,
 }
 
 impl LoadedProgram {
@@ -25,12 +34,11 @@ impl LoadedProgram {
     #[must_use]
     pub fn new(bytecode: Program) -> Self {
         let mut loader = Loader::default();
-        let load = |constants: &Vec<Constant>| constants.iter().map(|c| loader.word(c)).collect();
-        let constants =
-            bytecode.functions.iter().map(|function| &function.constants).map(load).collect();
+        let functions =
+            bytecode.functions.iter().map(|function| loader.function(function)).collect();
         let mut heap = loader.heap;
         heap.settle();
-        LoadedProgram { bytecode, constants, heap }
+        LoadedProgram { bytecode, functions, heap }
     }
 }
 
@@ -42,6 +50,17 @@ struct Loader {
 }
 
 impl Loader {
+    fn function(&mut self, function: &Function) -> LoadedFunction {
+        let constants: Vec<Word> = function.constants.iter().map(|k| self.word(k)).collect();
+        let n_registers = function.n_registers as usize;
+        LoadedFunction {
+            steps: step::translate(&function.code, &constants),
+            constants,
+            n_registers,
+            n_used: n_registers + function.n_slots as usize,
+        }
+    }
+
     /// The recursion is bounded: constant arrays nest a few levels only.
     fn word(&mut self, constant: &Constant) -> Word {
         match constant {

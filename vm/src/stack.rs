@@ -30,14 +30,16 @@ impl OperandStack {
         &mut self.slots[..self.len]
     }
 
-    /// Pushes a value.
+    /// Pushes values, the last on top.
     #[inline(always)]
-    pub(crate) fn push(&mut self, word: Word) {
-        if self.len == self.slots.len() {
+    pub(crate) fn push<const N: usize>(&mut self, words: [Word; N]) {
+        if self.slots.len() - self.len < N {
             self.grow();
         }
-        self.slots[self.len].set(word);
-        self.len += 1;
+        for (slot, word) in self.slots[self.len..][..N].iter_mut().zip(words) {
+            slot.set(word);
+        }
+        self.len += N;
     }
 
     #[cold]
@@ -47,11 +49,13 @@ impl OperandStack {
         self.slots.resize(larger, Word::NOTHING);
     }
 
-    /// Moves the topmost value, of which there must be one, to `target`.
+    /// Takes the topmost values, of which there must be as many; the first was on top.
     #[inline(always)]
-    pub(crate) fn pop_to(&mut self, target: &mut Word) {
-        self.len -= 1;
-        target.set(self.slots[self.len]);
+    pub(crate) fn pop<const N: usize>(&mut self) -> [Word; N] {
+        let top = self.len;
+        self.len -= N;
+        let words = &self.slots[self.len..top];
+        std::array::from_fn(|idx| words[N - 1 - idx])
     }
 
     /// Forgets all values from index `len` on.

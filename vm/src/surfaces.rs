@@ -85,9 +85,8 @@ impl Machine<'_> {
 
     fn surface_at(&mut self, index: usize, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
         self.reset();
-        self.stack.push(Word::from_int(i64::from(at.face)));
-        self.stack.push(Word::from_real(at.u));
-        self.stack.push(Word::from_real(at.v));
+        let face = Word::from_int(i64::from(at.face));
+        self.stack.push([face, Word::from_real(at.u), Word::from_real(at.v)]);
         self.call(self.surfaces[index], None)?;
         if let Some(sample) = sample(self.stack.as_slice()) {
             return Ok(sample);

@@ -1,0 +1,117 @@
+//! The registers of all active calls, in columns: a tag and a payload each, and what only points
+//! need apart from them.
+//!
+//! The frame of the running call is a window of 256 registers, so that a register number needs no
+//! bounds check, and it indexes a column of bytes and one of words without arithmetic.
+
+use compiler::scalar::Operands;
+
+use crate::word::{Tag, Word};
+
+/// Registers that an instruction can name. A function uses its first few; the callee's window
+/// starts behind those.
+pub(crate) const WINDOW: usize = 256;
+
+/// What the registers grow by at least.
+const CHUNK: usize = 4 * WINDOW;
+
+/// Registers and spill slots, those of outer calls first.
+#[derive(Default)]
+pub(crate) struct Registers {
+    tags: Vec<Tag>,
+    xs: Vec<u64>,
+    /// The other coordinates of points.
+    yzs: Vec<[u64; 2]>,
+}
+
+impl Registers {
+    /// Number of registers.
+    #[inline(always)]
+    pub(crate) fn len(&self) -> usize {
+        self.tags.len()
+    }
+
+    /// Makes room for so many registers.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn grow(&mut self, len: usize) {
+        let len = len.next_multiple_of(CHUNK);
+        self.tags.resize(len, Word::NOTHING.tag);
+        self.xs.resize(len, Word::NOTHING.x);
+        self.yzs.resize(len, [0; 2]);
+    }
+
+    /// The frame at `base`.
+    #[inline(always)]
+    pub(crate) fn window(&mut self, base: usize) -> Window<'_> {
+        let room = "entering a function makes room for a window";
+        Window {
+            tags: self.tags[base..].first_chunk_mut().expect(room),
+            xs: self.xs[base..].first_chunk_mut().expect(room),
+            yzs: self.yzs[base..].first_chunk_mut().expect(room),
+        }
+    }
+
+    pub(crate) fn get(&self, index: usize) -> Word {
+        let [y, z] = self.yzs[index];
+        Word { tag: self.tags[index], x: self.xs[index], y, z }
+    }
+
+    pub(crate) fn set(&mut self, index: usize, word: Word) {
+        (self.tags[index], self.xs[index]) = (word.tag, word.x);
+        self.yzs[index] = [word.y, word.z];
+    }
+
+    /// Applies `f` to the registers before `top` and forgets the others.
+    pub(crate) fn update(&mut self, top: usize, mut f: impl FnMut(&mut Word)) {
+        for index in 0..top {
+            let mut word = self.get(index);
+            f(&mut word);
+            self.set(index, word);
+        }
+        self.tags[top..].fill(Word::NOTHING.tag);
+        self.xs[top..].fill(Word::NOTHING.x);
+    }
+}
+
+/// The registers of the running call.
+pub(crate) struct Window<'m> {
+    tags: &'m mut [Tag; WINDOW],
+    xs: &'m mut [u64; WINDOW],
+    yzs: &'m mut [[u64; 2]; WINDOW],
+}
+
+impl Window<'_> {
+    #[inline(always)]
+    pub(crate) fn get(&self, register: u8) -> Word {
+        let [y, z] = self.yzs[register as usize];
+        Word { tag: self.tag(register), x: self.xs[register as usize], y, z }
+    }
+
+    #[inline(always)]
+    pub(crate) fn tag(&self, register: u8) -> Tag {
+        self.tags[register as usize]
+    }
+
+    #[inline(always)]
+    pub(crate) fn set(&mut self, register: u8, word: Word) {
+        self.tags[register as usize] = word.tag;
+        self.xs[register as usize] = word.x;
+        if word.tag == Tag::Point {
+            self.yzs[register as usize] = [word.y, word.z];
+        }
+    }
+
+    /// Sets consecutive registers.
+    #[inline(always)]
+    pub(crate) fn set_all<const N: usize>(&mut self, first: u8, words: [Word; N]) {
+        for (offset, word) in (0..).zip(words) {
+            self.set(first.wrapping_add(offset), word);
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn set_real(&mut self, register: u8, value: f64) {
+        self.set(register, Word::from_real(value));
+    }
+}
