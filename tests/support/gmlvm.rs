@@ -68,6 +68,20 @@ impl Sandbox {
         self.run_with(args, b"")
     }
 
+    /// Runs what a shell makes of `args`, with a small stack, one gigabyte of memory and half a minute.
+    /// Returns the exit code, if the process was not killed, and the standard error.
+    pub(crate) fn confined(&self, args: &str) -> (Option<i32>, String) {
+        let binary = env!("CARGO_BIN_EXE_gmlvm");
+        let script = format!(
+            "ulimit -c 0; ulimit -s 1024; ulimit -v 1048576; exec timeout 30 {binary} {args}"
+        );
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &script]).current_dir(self.0.path()).stdin(Stdio::null());
+        let output = shell.output().expect("sh runs");
+        let stderr = String::from_utf8(output.stderr).expect("messages are text");
+        (output.status.code(), stderr)
+    }
+
     /// Runs with this text on the standard input.
     pub(crate) fn run_with(&self, args: &[&str], input: &[u8]) -> Ended {
         let mut command = self.command(args);
