@@ -2,10 +2,16 @@
 //!
 //! The main oracle is membership: whether a point is in a solid follows from the description by
 //! undoing its transforms one by one, in code that shares nothing with the tracer. Along a ray, the
-//! first change of membership is where the tracer must find its hit.
+//! first change of membership is where the tracer must find its hit. Where each shape is entered and
+//! left is found by minimizing and bisecting how far a point is outside, which is convex along a ray
+//! for all five shapes: so nothing is too thin to be seen.
+//!
+//! The seed is fixed, lest the tests pass today and fail tomorrow; `GMLVM_PROPERTY_SEED` and
+//! `GMLVM_PROPERTY_CASES` search elsewhere.
 
 use glam::DVec3;
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use renderer::camera::{Region, View};
 use renderer::image::Image;
 use renderer::light::{Attenuation, Light};
@@ -196,34 +202,121 @@ fn in_view(solid: Solid) -> Solid {
     askew.moved(TransformOp::Translate(DVec3::new(0.011, 0.017, 1.5)))
 }
 
-/// Looks along a ray from the eye, at distances from `NEAR` on that grow by a constant factor.
-const STEPS: u32 = 3000;
-const NEAR: f64 = 1e-3;
+/// How far along a ray the oracle looks.
 const FAR: f64 = 1e5;
 
-/// The shape whose boundary the ray crosses where the solid's membership is first seen to change, at
-/// so many looks for each step: `Some(None)` if it never does, `None` if two shapes change at once.
-fn first_change(solid: &Solid, dir: DVec3, looks: u32) -> Option<Option<u32>> {
-    let shapes_at = |t: f64| {
-        let mut shapes = 0;
-        let inside = solid.holds(DVec3::new(0.0, 0.0, -1.0) + dir * t, &mut shapes);
-        (inside, shapes)
-    };
-    let (started, mut before) = shapes_at(NEAR);
-    let n_looks = STEPS * looks;
-    for look in 1..=n_looks {
-        let (inside, shapes) =
-            shapes_at(NEAR * (FAR / NEAR).powf(f64::from(look) / f64::from(n_looks)));
-        let changed = before ^ shapes;
-        if changed.count_ones() > 1 {
+/// What the oracle cannot tell apart, in the ray's parameter and in how far a point is outside a
+/// shape: a hundred times the square root of a double's precision, near which minimizing stops.
+const UNCLEAR: f64 = 1e-6;
+
+/// A shape of a solid, and what is done to it, the last first.
+struct Part {
+    kind: ShapeKind,
+    id: u32,
+    ops: Vec<TransformOp>,
+}
+
+impl Solid {
+    fn parts(&self, ops: &mut Vec<TransformOp>, found: &mut Vec<Part>) {
+        match self {
+            Solid::Shape(kind, id) => found.push(Part { kind: *kind, id: *id, ops: ops.clone() }),
+            Solid::Moved(op, inner) => {
+                ops.push(*op);
+                inner.parts(ops, found);
+                ops.pop();
+            }
+            Solid::Union(a, b) | Solid::Intersect(a, b) | Solid::Difference(a, b) => {
+                a.parts(ops, found);
+                b.parts(ops, found);
+            }
+        }
+    }
+}
+
+/// How far a point is outside a shape, at most 0 inside; convex, since the shapes are.
+fn outside_by(kind: ShapeKind, p: DVec3) -> f64 {
+    let slab = |x: f64| (-x).max(x - 1.0);
+    let radius = p.x.hypot(p.z);
+    match kind {
+        ShapeKind::Sphere => p.length() - 1.0,
+        ShapeKind::Cube => slab(p.x).max(slab(p.y)).max(slab(p.z)),
+        ShapeKind::Cylinder => (radius - 1.0).max(slab(p.y)),
+        ShapeKind::Cone => (radius - p.y).max(slab(p.y)),
+        ShapeKind::Plane => p.y,
+    }
+}
+
+fn along(dir: DVec3, t: f64) -> DVec3 {
+    DVec3::new(0.0, 0.0, -1.0) + dir * t
+}
+
+impl Part {
+    /// Where a ray from the eye enters and leaves the shape; `None` if it may only graze it.
+    fn ends(&self, dir: DVec3) -> Option<Vec<f64>> {
+        let outside = |t: f64| {
+            outside_by(self.kind, self.ops.iter().fold(along(dir, t), |p, op| undone(*op, p)))
+        };
+        let (mut low, mut high) = (0.0, FAR);
+        for _ in 0..200 {
+            let (a, b) = (low + (high - low) / 3.0, high - (high - low) / 3.0);
+            if outside(a) <= outside(b) { high = b } else { low = a }
+        }
+        let deepest =
+            [0.0, low, FAR].into_iter().min_by(|a, b| outside(*a).total_cmp(&outside(*b)))?;
+        if outside(deepest).abs() < UNCLEAR {
             return None;
         }
-        if inside != started {
-            return Some(Some(changed.trailing_zeros()));
+        let crossing = |mut inside: f64, mut beyond: f64| {
+            for _ in 0..200 {
+                let middle = 0.5 * (inside + beyond);
+                if outside(middle) <= 0.0 { inside = middle } else { beyond = middle }
+            }
+            inside
+        };
+        let is_met = outside(deepest) < 0.0;
+        let beyond = [0.0, FAR].into_iter().filter(|t| is_met && outside(*t) > 0.0);
+        Some(beyond.map(|t| crossing(deepest, t)).collect())
+    }
+}
+
+/// The shape whose boundary a ray from the eye crosses where the solid's membership first changes:
+/// `Some(None)` if it never does, `None` if that is too close to call.
+fn first_change(solid: &Solid, dir: DVec3) -> Option<Option<u32>> {
+    let mut parts = Vec::new();
+    solid.parts(&mut Vec::new(), &mut parts);
+    let mut ends = Vec::new();
+    for part in &parts {
+        ends.extend(part.ends(dir)?.into_iter().map(|t| (t, part.id)));
+    }
+    ends.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut before = 0.0;
+    let mut started = None;
+    for index in 0..=ends.len() {
+        let end = ends.get(index).map_or(FAR, |end| end.0);
+        if end - before < UNCLEAR * end.max(1.0) {
+            return None;
         }
-        before = shapes;
+        let inside = solid.holds(along(dir, 0.5 * (before + end)), &mut 0);
+        if inside != *started.get_or_insert(inside) {
+            return Some(Some(ends[index - 1].1));
+        }
+        before = end;
     }
     Some(None)
+}
+
+/// A number from the environment.
+fn setting(variable: &str, default: u64) -> u64 {
+    std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
+}
+
+fn config() -> ProptestConfig {
+    ProptestConfig {
+        cases: setting("GMLVM_PROPERTY_CASES", 100) as u32,
+        rng_seed: RngSeed::Fixed(setting("GMLVM_PROPERTY_SEED", 1)),
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    }
 }
 
 fn direction(column: u32, row: u32) -> DVec3 {
@@ -233,7 +326,7 @@ fn direction(column: u32, row: u32) -> DVec3 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 100, ..ProptestConfig::default() })]
+    #![proptest_config(config())]
 
     /// What is painted is the shape whose boundary the solid's membership changes at.
     #[test]
@@ -242,12 +335,9 @@ proptest! {
         let found = image(&solid.object());
         for (idx, pixel) in found.pixels.iter().enumerate() {
             let (column, row) = (idx as u32 % SIZE, idx as u32 / SIZE);
+            let Some(expected) = first_change(&solid, direction(column, row)) else { continue };
             let painted = (pixel[0] > 0.0).then(|| pixel[0] as u32 - 1);
-            // What looks wrong may be thinner than a step: look closer, as far as that goes.
-            let agrees = [1, 16, 256].into_iter().any(|looks| {
-                first_change(&solid, direction(column, row), looks).is_none_or(|seen| seen == painted)
-            });
-            prop_assert!(agrees, "pixel ({column}, {row}) shows {painted:?}");
+            prop_assert_eq!(painted, expected, "pixel ({}, {})", column, row);
         }
     }
 
