@@ -96,6 +96,11 @@ fn letters(mut n: usize) -> String {
 fn limits_are_errors() {
     let cases = [
         ("{ /self self self apply } /loop loop loop apply", "error E0401 at 19"),
+        ("{ /self /n n 1 addi self self apply } /count 1 count count apply", "error E0401 at 31"),
+        (
+            "{ /self /a /b /c a b c self self apply } /turn 1 2 3 turn turn apply",
+            "error E0401 at 34",
+        ),
         ("{ /self self self apply 1 } /loop loop loop apply", "error E0402 at 19"),
         (
             "{ /self /a [ a a a a a a a a ] self self apply } /grow 1 grow grow apply",

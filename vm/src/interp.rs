@@ -15,7 +15,7 @@ use crate::machine::{Frame, Limits, Machine};
 use crate::ops;
 use crate::program::LoadedFunction;
 use crate::registers::WINDOW;
-use crate::step::{Op, for_each_extra};
+use crate::step::{Op, for_each_further};
 use crate::value::Value;
 use crate::word::{Tag, Word};
 
@@ -55,12 +55,12 @@ macro_rules! dispatch {
                   store!(Real a, scalar::$xbf(k!(Real), acc!()))
               }
               Op::$rc => {
-                  capture!();
-                  store!(Real a, scalar::$xbf(r!(Real b), r!(Real c)))
+                  let captured = capture!();
+                  store!(Real a, scalar::$xbf(r!(Real b), captured))
               }
               Op::$ac => {
-                  capture!();
-                  store!(Real a, scalar::$xbf(acc!(), r!(Real c)))
+                  let captured = capture!();
+                  store!(Real a, scalar::$xbf(acc!(), captured))
               }
               Op::$rm => {
                   multiply!();
@@ -73,8 +73,8 @@ macro_rules! dispatch {
     };
 }
 
-macro_rules! with_extra {
-    ($($rows:tt)*) => { for_each_extra!(dispatch, [$($rows)*]) };
+macro_rules! with_further {
+    ($($rows:tt)*) => { for_each_further!(dispatch, [$($rows)*]) };
 }
 
 #[cold]
@@ -92,7 +92,9 @@ impl Machine<'_> {
         let mut base = 0;
         let mut accumulator = 0.0;
         self.stopped_at = 0;
-        self.make_room(0)?;
+        if self.stack.n_bytes() + self.heap.n_bytes() > self.room {
+            self.collect(0)?;
+        }
         let mut index = self.heap.function(self.closure) as usize;
         let mut function = &functions[index];
         self.enter(function, base)?;
@@ -144,14 +146,27 @@ impl Machine<'_> {
                 frame = self.registers.window(base);
             };
         }
+        macro_rules! is_full {
+            () => {
+                self.stack.n_bytes() + self.heap.n_bytes() > self.room
+            };
+        }
+        // Sees to it that memory is left; values may move.
+        macro_rules! make_room {
+            () => {
+                if is_full!() {
+                    check!(self.collect(base + function.n_used));
+                    frame = self.registers.window(base);
+                }
+            };
+        }
         // The closure in a register, after room has been made for its call.
         macro_rules! callee {
             ($register:expr) => {{
                 if frame.tag($register) != Tag::Closure {
                     trap!(mismatch(Operator::Apply, &[frame.get($register)]))
                 }
-                check!(self.make_room(base + function.n_used));
-                frame = self.registers.window(base);
+                make_room!();
                 frame.get($register).address()
             }};
         }
@@ -217,7 +232,26 @@ impl Machine<'_> {
                     }
                 };
             }
-            // The first halves of fused steps.
+            // Whether a call is of the running closure, and memory is left.
+            macro_rules! is_again {
+                () => {{
+                    let closure = frame.get(step.k as u8);
+                    closure.tag == Tag::Closure && closure.address() == self.closure && !is_full!()
+                }};
+            }
+            // Calls the running closure in place of itself, behind a few pushes. The values go from
+            // their registers to those that the function's first steps pop them to.
+            macro_rules! again {
+                ($n_pushes:expr, $registers:expr) => {
+                    skip!($n_pushes);
+                    check!(pay(&mut self.fuel, &self.limits, function));
+                    let words = $registers.map(|register| frame.get(register));
+                    frame.set_all((step.k >> 8) as u8, words);
+                    rest = &function.steps[$n_pushes..];
+                };
+            }
+
+            // The first halves of other fused steps.
             macro_rules! load {
                 () => {
                     frame.set_real(step.b, k!(Real));
@@ -225,10 +259,15 @@ impl Machine<'_> {
                 };
             }
             macro_rules! capture {
-                () => {
-                    frame.set(step.c, self.heap.capture(self.closure, step.imm));
+                () => {{
+                    let captured = self.heap.capture(self.closure, step.imm);
+                    frame.set(step.c, captured);
                     skip!(1);
-                };
+                    match captured.as_real() {
+                        Some(operand) => operand,
+                        None => trap_scalar!(None),
+                    }
+                }};
             }
             macro_rules! multiply {
                 () => {
@@ -237,7 +276,7 @@ impl Machine<'_> {
                 };
             }
 
-            for_each_scalar!(with_extra, [step.op, {
+            for_each_scalar!(with_further, [step.op, {
                 Op::Load => frame.set(step.a, function.constants[step.imm as usize]),
                 Op::Capture => {
                     frame.set(step.a, self.heap.capture(self.closure, step.imm));
@@ -256,12 +295,21 @@ impl Machine<'_> {
                     frame = self.registers.window(base);
                     frame.set(step.a, word);
                 }
+                Op::Again2 if is_again!() => {
+                    again!(1, [step.b, step.a]);
+                }
+                Op::Again3 if is_again!() => {
+                    again!(1, [step.c, step.b, step.a]);
+                }
+                Op::Again4 if is_again!() => {
+                    again!(2, [step.imm as u8, step.c, step.b, step.a]);
+                }
                 Op::Push => self.stack.push([frame.get(step.a)]),
-                Op::Push2 => self.stack.push([frame.get(step.a), frame.get(step.b)]),
-                Op::Push3 => {
+                Op::Push2 | Op::Again2 => self.stack.push([frame.get(step.a), frame.get(step.b)]),
+                Op::Push3 | Op::Again3 => {
                     self.stack.push([step.a, step.b, step.c].map(|r| frame.get(r)));
                 }
-                Op::Push4 => {
+                Op::Push4 | Op::Again4 => {
                     self.stack.push([step.a, step.b, step.c, step.imm as u8].map(|r| frame.get(r)));
                     skip!(1);
                 }
@@ -317,8 +365,7 @@ impl Machine<'_> {
                     self.floor = self.floors.pop().unwrap_or(0);
                     frame = self.registers.window(base);
                     frame.set(step.a, array);
-                    check!(self.make_room(base + function.n_used));
-                    frame = self.registers.window(base);
+                    make_room!();
                 }
                 Op::MakeArray => {
                     let array = self.collect_array(self.stack.len() - step.imm as usize);
@@ -418,7 +465,7 @@ impl Machine<'_> {
         pay(&mut self.fuel, &self.limits, callee)?;
         let needed = base + WINDOW + callee.n_used;
         if self.registers.len() < needed {
-            self.registers.grow(needed);
+            self.grow_registers(needed);
         }
         Ok(())
     }

@@ -27,7 +27,7 @@ pub struct Limits {
 }
 
 /// Less than this is never worth collecting: about what a core's own caches hold.
-const MIN_CEILING: u64 = 256 << 10;
+const MIN_ROOM: u64 = 256 << 10;
 
 /// A call that waits for another to return.
 #[derive(Clone, Copy)]
@@ -58,8 +58,8 @@ pub struct Machine<'p> {
     /// Floors of the array literals around the current one.
     pub(crate) floors: Vec<usize>,
     pub(crate) fuel: u64,
-    /// When so many bytes are in use, what is out of reach is to be forgotten.
-    pub(crate) ceiling: u64,
+    /// When stack and heap use so many bytes, what is out of reach is to be forgotten.
+    pub(crate) room: u64,
     /// The instruction last begun, written when something goes wrong.
     pub(crate) stopped_at: usize,
 }
@@ -81,7 +81,7 @@ impl<'p> Machine<'p> {
             floor: 0,
             floors: Vec::new(),
             fuel: limits.fuel,
-            ceiling: limits.max_memory.min(MIN_CEILING),
+            room: limits.max_memory.min(MIN_ROOM),
             stopped_at: 0,
         }
     }
@@ -123,23 +123,20 @@ impl<'p> Machine<'p> {
         self.fuel = self.limits.fuel;
     }
 
-    /// Bytes in use, by values that are no longer in reach too.
-    #[inline(always)]
-    fn n_bytes(&self) -> u64 {
-        let n_words = self.stack.len() + self.registers.len();
-        (n_words * size_of::<Word>()) as u64 + self.heap.n_bytes()
-    }
-
-    /// Sees to it that memory is left. Values may move; registers from `top` on are dead.
-    #[inline(always)]
-    pub(crate) fn make_room(&mut self, top: usize) -> Result<(), Box<Problem>> {
-        if self.n_bytes() > self.ceiling { self.collect(top) } else { Ok(()) }
-    }
-
-    /// Forgets what is out of reach; fails if the limit is as good as reached all the same.
+    /// Makes room for so many registers.
     #[cold]
     #[inline(never)]
-    fn collect(&mut self, top: usize) -> Result<(), Box<Problem>> {
+    pub(crate) fn grow_registers(&mut self, len: usize) {
+        let n_before = self.registers.n_bytes();
+        self.registers.grow(len);
+        self.room = self.room.saturating_sub(self.registers.n_bytes() - n_before);
+    }
+
+    /// Forgets what is out of reach; fails if the limit is as good as reached all the same. Values
+    /// may move; registers from `top` on are dead.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn collect(&mut self, top: usize) -> Result<(), Box<Problem>> {
         let mut collection = Collection::begin(&mut self.heap);
         self.registers.update(top, |word| collection.keep(word));
         let outside = self.imports.words_mut().chain(&mut self.surfaces);
@@ -151,12 +148,14 @@ impl<'p> Machine<'p> {
         }
         self.closure = collection.moved(self.closure);
         collection.finish();
+        let in_registers = self.registers.n_bytes();
+        let in_use = in_registers + self.stack.n_bytes() + self.heap.n_bytes();
         let waiting = (self.frames.len() * size_of::<Frame>()) as u64;
         let limit = self.limits.max_memory;
-        if self.n_bytes() + waiting > limit / 16 * 15 {
+        if in_use + waiting > limit / 16 * 15 {
             return Err(Box::new(Problem::MemoryLimit(limit)));
         }
-        self.ceiling = (2 * self.n_bytes()).clamp(MIN_CEILING.min(limit), limit);
+        self.room = (2 * in_use).max(MIN_ROOM).min(limit) - in_registers;
         Ok(())
     }
 

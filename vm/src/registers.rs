@@ -31,9 +31,12 @@ impl Registers {
         self.tags.len()
     }
 
+    /// Bytes in use.
+    pub(crate) fn n_bytes(&self) -> u64 {
+        (self.len() * (size_of::<Tag>() + size_of::<u64>() + size_of::<[u64; 2]>())) as u64
+    }
+
     /// Makes room for so many registers.
-    #[cold]
-    #[inline(never)]
     pub(crate) fn grow(&mut self, len: usize) {
         let len = len.next_multiple_of(CHUNK);
         self.tags.resize(len, Word::NOTHING.tag);

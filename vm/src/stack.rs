@@ -19,6 +19,12 @@ impl OperandStack {
         self.len
     }
 
+    /// Bytes in use.
+    #[inline(always)]
+    pub(crate) fn n_bytes(&self) -> u64 {
+        (self.len * size_of::<Word>()) as u64
+    }
+
     /// The values, bottom first.
     #[inline]
     pub(crate) fn as_slice(&self) -> &[Word] {

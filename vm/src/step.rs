@@ -4,8 +4,8 @@
 //! fuel are those of the bytecode. Most steps are the instruction itself. The others find an operand
 //! where it is faster to reach than in a register: constants stand in the step, and what the last
 //! operator with a real result has left is still in the accumulator, a register of the CPU. A fused
-//! step does exactly what two instructions do, one after the other, and goes on behind them; the
-//! second has its own step too, where jumps may land.
+//! step does what a few instructions in a row do and goes on behind them; those have their own steps
+//! too, where jumps may land.
 
 use compiler::bytecode::{Format, Insn, Opcode};
 use compiler::op::{Operator, Type};
@@ -13,12 +13,12 @@ use compiler::{for_each_control, for_each_scalar};
 
 use crate::word::{Tag, Word};
 
-/// Calls `$then!` with the steps that are not instructions, behind any tokens given in `[ ]`. Letters
-/// say where operands are: `R` in a register, `A` in the accumulator, `K` in the step. Fused are
-/// `Load` and an operator whose first operand it loads (`K` first), `Capture` and an operator whose
-/// second operand it fetches (`C`), and `MulFK` and an operator whose second operand it computes
-/// (`M`).
-macro_rules! for_each_extra {
+/// Calls `$then!` with the scalar operators that have further steps, and those, behind any tokens
+/// given in `[ ]`. Letters say where operands are: `R` in a register, `A` in the accumulator, `K` in
+/// the step. Fused are `Load` and an operator whose first operand it loads (`K` first), `Capture` and
+/// an operator whose second operand it fetches (`C`), and `MulFK` and an operator whose second
+/// operand it computes (`M`).
+macro_rules! for_each_further {
     ($then:ident, [$($extra:tt)*]) => {
         $then! {
             [$($extra)*]
@@ -43,7 +43,7 @@ macro_rules! for_each_extra {
         }
     };
 }
-pub(crate) use for_each_extra;
+pub(crate) use for_each_further;
 
 macro_rules! op_enum {
     ([[control { $($(#[$kd:meta])+ $k:ident $kf:ident;)* }]
@@ -66,6 +66,13 @@ macro_rules! op_enum {
             Pop3,
             /// `Pop` of three values and of a fourth.
             Pop4,
+            /// `Push2` and `TailApply` where the function begins with a `Pop` of as many values. Of
+            /// `k`, the first byte is the register of the closure, the second the first one popped to.
+            Again2,
+            /// The same with `Push3`.
+            Again3,
+            /// The same with `Push4` and `Pop4`.
+            Again4,
             /// Three times `PushConstant`: the second and third index are in `k`.
             PushConstants,
             /// An instruction that finds a constant of the wrong type.
@@ -86,8 +93,8 @@ macro_rules! op_enum {
             fn with_first_accumulated(self) -> Option<Op> {
                 Some(match self {
                     $(Op::$xu => Op::$xua,)* $(Op::$xb => Op::$ar, Op::$xbk => Op::$ak,)*
-                    $(Op::$xj => Op::$jar, Op::$xjk => Op::$jak,)* $(Op::$rc => Op::$ac,)*
-                    $(Op::$ra => Op::$aa,)*
+                    $(Op::$xj => Op::$jar, Op::$xjk => Op::$jak,)*
+                    $(Op::$ra => Op::$aa, Op::$rc => Op::$ac,)*
                     _ => return None,
                 })
             }
@@ -95,7 +102,7 @@ macro_rules! op_enum {
             /// The same with the second operand in the accumulator.
             fn with_second_accumulated(self) -> Option<Op> {
                 Some(match self {
-                    $(Op::$xb => Op::$ra,)* $(Op::$xj => Op::$jra,)* $(Op::$kr => Op::$ka,)*
+                    $(Op::$xb => Op::$ra, Op::$kr => Op::$ka,)* $(Op::$xj => Op::$jra,)*
                     _ => return None,
                 })
             }
@@ -119,11 +126,11 @@ macro_rules! op_enum {
 }
 
 macro_rules! with_scalars {
-    ([] $($control:tt)*) => { for_each_scalar!(with_extra, [$($control)*]); };
+    ([] $($control:tt)*) => { for_each_scalar!(with_further, [$($control)*]); };
 }
 
-macro_rules! with_extra {
-    ($($scalar:tt)*) => { for_each_extra!(op_enum, [$($scalar)*]); };
+macro_rules! with_further {
+    ($($scalar:tt)*) => { for_each_further!(op_enum, [$($scalar)*]); };
 }
 
 for_each_control!(with_scalars, []);
@@ -143,7 +150,7 @@ pub(crate) struct Step {
 
 /// The steps of a function with these constants.
 pub(crate) fn translate(code: &[Insn], constants: &[Word]) -> Vec<Step> {
-    let mut translation = Translation { constants, accumulated: None };
+    let mut translation = Translation { constants, entry: entry(code), accumulated: None };
     let is_target = jump_targets(code);
     let mut steps = Vec::with_capacity(code.len());
     for (pc, insn) in code.iter().enumerate() {
@@ -167,8 +174,23 @@ fn jump_targets(code: &[Insn]) -> Vec<bool> {
     is_target
 }
 
+/// Where the first step pops to, and how many values.
+fn entry(code: &[Insn]) -> (u8, u8) {
+    match code {
+        [first, second, ..] if pops_four(first, second) => (first.a, 4),
+        [Insn { op: Opcode::Pop, a, b, .. }, ..] => (*a, *b),
+        _ => (0, 0),
+    }
+}
+
+fn pops_four(first: &Insn, second: &Insn) -> bool {
+    (first.op, first.b, second.op, second.b) == (Opcode::Pop, 3, Opcode::Pop, 1)
+        && second.a == first.a.wrapping_add(3)
+}
+
 struct Translation<'f> {
     constants: &'f [Word],
+    entry: (u8, u8),
     /// The register whose value is in the accumulator too.
     accumulated: Option<u8>,
 }
@@ -216,8 +238,7 @@ impl Translation<'_> {
         match (op, next.op) {
             (Opcode::Load, _) if next.b == a && next.c != a => {
                 let op = Op::of(next.op).with_first_loaded()?;
-                let constant = self.real(imm)?;
-                let step = Step { op, a: next.a, b: a, c: next.c, imm: 0, k: constant };
+                let step = Step { op, a: next.a, b: a, c: next.c, imm: 0, k: self.real(imm)? };
                 Some(self.accumulate(step, a, Some(next.c)))
             }
             (Opcode::Capture, _) if next.c == a && next.b != a => {
@@ -227,27 +248,42 @@ impl Translation<'_> {
             }
             (Opcode::MulFK, _) if next.c == a && next.b != a => {
                 let op = Op::of(next.op).with_second_multiplied()?;
-                let constant = self.real(imm)?;
-                Some(Step { op, a, b, c: next.b, imm: u32::from(next.a), k: constant })
+                Some(Step { op, a, b, c: next.b, imm: u32::from(next.a), k: self.real(imm)? })
+            }
+            (Opcode::Push2, Opcode::TailApply) => {
+                Some(Step { op: Op::Again2, a, b, c, imm, k: self.again(2, next)? })
+            }
+            (Opcode::Push3, Opcode::TailApply) => {
+                Some(Step { op: Op::Again3, a, b, c, imm, k: self.again(3, next)? })
             }
             (Opcode::Push3, Opcode::Push) => {
-                Some(Step { op: Op::Push4, a, b, c, imm: u32::from(next.a), k: 0 })
+                let imm = u32::from(next.a);
+                match code.get(2).and_then(|call| self.again(4, call)) {
+                    Some(k) => Some(Step { op: Op::Again4, a, b, c, imm, k }),
+                    None => Some(Step { op: Op::Push4, a, b, c, imm, k: 0 }),
+                }
             }
-            (Opcode::Pop, Opcode::Pop) if b == 3 && next.b == 1 && next.a == a.wrapping_add(3) => {
+            (Opcode::Pop, _) if pops_four(insn, next) => {
                 Some(Step { op: Op::Pop4, a, b, c, imm, k: 0 })
             }
             (Opcode::Pop, _) if b == 3 => Some(Step { op: Op::Pop3, a, b, c, imm, k: 0 }),
-            (Opcode::PushConstant, Opcode::PushConstant) => match code.get(2)? {
-                Insn { op: Opcode::PushConstant, imm: third, .. } => {
-                    let k = u64::from(next.imm) | u64::from(*third) << 32;
-                    Some(Step { op: Op::PushConstants, a, b, c, imm, k })
-                }
-                _ => None,
-            },
+            (Opcode::PushConstant, Opcode::PushConstant) => {
+                let third = code.get(2).filter(|third| third.op == Opcode::PushConstant)?;
+                let k = u64::from(next.imm) | u64::from(third.imm) << 32;
+                Some(Step { op: Op::PushConstants, a, b, c, imm, k })
+            }
             _ => None,
         }
     }
 
+    /// The field `k` of a call with so many arguments, which may be of the running closure.
+    fn again(&self, n_arguments: u8, call: &Insn) -> Option<u64> {
+        let (first, n_popped) = self.entry;
+        let is_wanted = call.op == Opcode::TailApply && n_popped == n_arguments;
+        is_wanted.then_some(u64::from(first) << 8 | u64::from(call.a))
+    }
+
+    /// The payload of a constant that is a real.
     fn real(&self, index: u32) -> Option<u64> {
         let constant = self.constants[index as usize];
         (constant.tag == Tag::Real).then_some(constant.x)
