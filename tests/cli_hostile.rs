@@ -236,6 +236,31 @@ fn monstrous_values() {
     assert!(printed < 2 << 20, "{printed}");
 }
 
+/// Operands keep their order when there are more bindings and operands than registers.
+#[test]
+fn more_values_than_registers() {
+    let sandbox = Sandbox::new();
+    let light = "1.0 1.0 1.0 point 1.0 1.0 1.0 point light ";
+    for (item, shown) in [("{ } sphere ", "<object>"), (light, "<light>")] {
+        let ended = sandbox.run_with(&["eval", "-"], item.repeat(1000).as_bytes());
+        assert_eq!(ended.text(), format!("{shown}\n").repeat(1000), "{}", ended.stderr);
+    }
+    for n_bindings in (180..200).chain([260]) {
+        let bindings: String = (0..n_bindings).map(|n| format!("x {n}.0 addf /v{n} ")).collect();
+        let [a, b, c] = [1, 2, 3].map(|n| format!("v{}", n_bindings - n));
+        for pending in [0, 1, 2, 63, 64, 100] {
+            let pending_text: String = (0..pending).map(|n| format!("x {n}.0 addf ")).collect();
+            let program = format!(
+                "[ {{ /x {bindings} {pending_text} {{ }} sphere {a} {b} {c} translate }} ] /f \
+                 0.5 f 0 get apply"
+            );
+            let ended = sandbox.run_with(&["eval", "-"], program.as_bytes());
+            let expected: String = (0..pending).map(|n| format!("{n}.5\n")).collect();
+            assert_eq!(ended.text(), expected + "<object>\n", "{n_bindings}: {}", ended.stderr);
+        }
+    }
+}
+
 /// Depth beyond measure is refused; as much as is allowed takes little memory.
 #[test]
 fn mirrors_without_end() {

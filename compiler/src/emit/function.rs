@@ -171,11 +171,16 @@ impl FunctionBuilder {
         })
     }
 
-    /// A free register with one reference; pending operands make room where need be.
-    pub(super) fn allocate(&mut self) -> u8 {
+    /// Puts the pending operands on the operand stack if few registers are left.
+    pub(super) fn make_room(&mut self) {
         if self.registers.is_crowded() {
             self.flush();
         }
+    }
+
+    /// A free register with one reference; pending operands make room where need be.
+    pub(super) fn allocate(&mut self) -> u8 {
+        self.make_room();
         let register =
             self.registers.allocate().expect("flushing leaves the registers of bindings only");
         self.use_register(register);

@@ -258,16 +258,15 @@ impl Emitter {
     fn on_stack(&mut self, op: Operator, span: Span) {
         let here = self.here();
         let n_operands = op.operands().len();
+        // Later, room would be made by pushing what is below the operands on top of them.
+        here.make_room();
         let split = here.entries.len().saturating_sub(n_operands);
         let operands = here.entries.split_off(split);
         for entry in &operands {
             here.push_to_stack(entry);
         }
         here.region.change(-(n_operands as i64));
-        // `allocate` may flush what is below the operands, so it must not come between.
-        let register = here.registers.allocate();
-        let register = register.expect("bindings and pending operands leave registers free");
-        here.use_register(register);
+        let register = here.allocate();
         here.emit(
             Opcode::Operate,
             [register, op as u8, 0],
