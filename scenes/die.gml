@@ -1,4 +1,4 @@
-% die.gml - two dice on green felt (ICFP dialect).
+% die.gml - three dice on green felt (ICFP dialect).
 %
 % A die is a cube cut to a rounder shape by a sphere, less 21 small spheres. The pips have the
 % colour of the spheres, for the surface of a hole is that of the solid that was taken away.

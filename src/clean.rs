@@ -37,19 +37,6 @@ pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
     Cow::Owned(format!("{start} ... {end}"))
 }
 
-/// A number with its digits in groups of three.
-pub(crate) fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (idx, digit) in digits.chars().enumerate() {
-        if idx > 0 && (digits.len() - idx).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
-}
-
 /// Appends one character as [`clean`] shows it.
 pub(crate) fn push(shown: &mut String, c: char) {
     if is_printable(c) { shown.push(c) } else { shown.extend(c.escape_unicode()) }
@@ -78,10 +65,5 @@ mod tests {
         let long = format!("start{}end", "\u{e9}".repeat(200));
         let shown = shortened(&long);
         assert!(shown.len() < 340 && shown.starts_with("start") && shown.ends_with("end"));
-    }
-
-    #[test]
-    fn numbers_are_grouped() {
-        assert_eq!([1, 999, 1000, 1_234_567].map(grouped), ["1", "999", "1 000", "1 234 567"]);
     }
 }

@@ -113,6 +113,40 @@ fn names_that_lead_elsewhere_are_refused() {
     }
 }
 
+/// A link is refused for being one, also where it leads to no file or to an image, which could be
+/// written otherwise.
+#[test]
+fn links_are_not_followed() {
+    for (name, why) in [
+        ("out/new.ppm", "leads through the link `out`"),
+        ("out/old.ppm", "leads through the link `out`"),
+        ("out/made/new.ppm", "leads through the link `out`"),
+        ("below/out/new.ppm", "leads through the link `out`"),
+        ("new.ppm", "is that of a symbolic link"),
+        ("old.ppm", "is that of a symbolic link"),
+    ] {
+        let sandbox = Sandbox::new();
+        sandbox.file("in/s.gml", ball(name)).file("victim/old.ppm", "P6 1 1 255 abc");
+        sandbox.file("in/below/keep", "");
+        for (to, link) in [
+            ("../victim", "in/out"),
+            ("../../victim", "in/below/out"),
+            ("../victim/new.ppm", "in/new.ppm"),
+            ("../victim/old.ppm", "in/old.ppm"),
+        ] {
+            std::os::unix::fs::symlink(to, sandbox.path(link)).expect("a link");
+        }
+        let mut command = sandbox.command(&["s.gml"]);
+        let output = command.current_dir(sandbox.path("in")).output().expect("runs");
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(5), "{name}: {stderr}");
+        assert!(stderr.contains(why), "{name}: {stderr}");
+        let victims = std::fs::read_dir(sandbox.path("victim")).expect("a directory");
+        assert_eq!(victims.count(), 1, "{name}");
+        assert_eq!(sandbox.read("victim/old.ppm"), b"P6 1 1 255 abc", "{name}");
+    }
+}
+
 #[test]
 fn control_characters_in_names_are_refused_and_not_shown() {
     for name in ["a\u{1b}[2Jb", "a\nb", "a\u{7f}", "a\u{9b}b"] {

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 const CRATES: [&str; 4] = ["compiler", "vm", "jit", "renderer"];
 
-/// A file longer than this is no longer one room.
-const MAX_LINES: usize = 720;
+/// The aim is 500; the dispatch loop, one arm for each kind of step, is the one room a little above.
+const MAX_LINES: usize = 560;
 
 /// What each crate may name, besides libraries.
 const ALLOWED: [(&str, &[&str]); 4] = [

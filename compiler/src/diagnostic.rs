@@ -106,8 +106,8 @@ codes! {
         "A `/*` comment has no `*/`. Comments from `%` to the end of the line need none.";
     /// Source text too long
     SourceTooLarge = "E0013" Limit
-        "A program may have 64 MiB of source text, each included file counted as often as it is \
-         included.";
+        "A program may have 64 MiB of source text and 4 194 304 words, each included file counted as \
+         often as it is included.";
     /// Program too large for the bytecode
     ProgramTooLarge = "E0014" Limit
         "A program may have at most 2^24 functions, instructions and constants each.";
@@ -267,5 +267,29 @@ impl Diagnostic {
     pub fn help(mut self, text: impl Into<String>) -> Self {
         self.helps.push(text.into());
         self
+    }
+}
+
+/// A number as messages show it, its digits in groups of three.
+#[must_use]
+pub fn grouped(number: u64) -> String {
+    let digits = number.to_string();
+    let mut text = String::new();
+    for (idx, digit) in digits.chars().enumerate() {
+        if idx > 0 && (digits.len() - idx).is_multiple_of(3) {
+            text.push(' ');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_grouped() {
+        assert_eq!([1, 999, 1000, 1_234_567].map(grouped), ["1", "999", "1 000", "1 234 567"]);
     }
 }

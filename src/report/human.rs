@@ -2,10 +2,10 @@
 
 use annotate_snippets::renderer::DEFAULT_TERM_WIDTH;
 use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Patch, Renderer, Snippet};
-use compiler::diagnostic::{Diagnostic, TraceEntry};
+use compiler::diagnostic::{Diagnostic, TraceEntry, grouped};
 use compiler::source::{LineColumn, SourceMap, Span};
 
-use crate::clean::{clean, clean_lines, grouped, shortened};
+use crate::clean::{clean, clean_lines, shortened};
 use crate::report::excerpt::{Excerpt, excerpts};
 
 /// Of a long trace, this many entries are shown at each end.

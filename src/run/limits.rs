@@ -6,7 +6,7 @@ use vm::host::RenderJob;
 use vm::machine::Limits;
 
 use crate::args::LimitArgs;
-use crate::clean::grouped;
+use compiler::diagnostic::grouped;
 
 impl LimitArgs {
     /// The limits of the machine.

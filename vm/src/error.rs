@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use compiler::bytecode::Origin;
-use compiler::diagnostic::{Code, Diagnostic, Label, TraceEntry};
+use compiler::diagnostic::{Code, Diagnostic, Label, TraceEntry, grouped};
 use compiler::op::{Operator, Type};
 use compiler::scalar::Fault;
 use renderer::object::TransformError;
@@ -198,23 +198,18 @@ fn surface_result(origin: Origin, found: &[Type]) -> Diagnostic {
     if found.len() == 4 || found.is_empty() {
         return diagnostic;
     }
-    diagnostic.note(format!("it leaves, bottom first: {}", found_text.join(", ")))
+    let is_begun = found.iter().zip(WANTED).all(|(found, (wanted, _))| *found == wanted);
+    let missing = WANTED.get(found.len()..).filter(|_| is_begun).unwrap_or_default();
+    let missing: Vec<_> = missing.iter().map(|(_, name)| *name).collect();
+    let missing = if missing.is_empty() {
+        String::new()
+    } else {
+        format!("; missing: {}", missing.join(", "))
+    };
+    diagnostic.note(format!("it leaves, bottom first: {}{missing}", found_text.join(", ")))
 }
 
 /// `1 value`, `2 values`.
 fn count(n: usize, noun: &str) -> String {
     if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") }
-}
-
-/// A number with its digits in groups of three.
-fn grouped(number: u64) -> String {
-    let digits = number.to_string();
-    let mut text = String::new();
-    for (idx, digit) in digits.chars().enumerate() {
-        if idx > 0 && (digits.len() - idx).is_multiple_of(3) {
-            text.push(' ');
-        }
-        text.push(digit);
-    }
-    text
 }

@@ -2,7 +2,6 @@
 
 use std::rc::Rc;
 
-use crate::sir::Term;
 use crate::sir::{Inst, Table, Type, Val};
 use crate::specialize::join::MAX_ALTERNATIVES;
 use crate::specialize::{Run, Specializer, State, Stop};
@@ -24,7 +23,7 @@ impl Specializer<'_> {
         let found = match (state.get(array), &index_sym) {
             (Sym::Choice(tag, alternatives), _) => {
                 let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
-                return self.choose_array(state, array, tag, &alternatives, stop);
+                return self.each(state, array, tag, &alternatives, stop);
             }
             (Sym::Array(elements), Sym::Int(Num::Const(index))) => {
                 match usize::try_from(*index).ok().filter(|index| *index < elements.len()) {
@@ -44,26 +43,6 @@ impl Specializer<'_> {
         };
         state.set(target, found);
         Ok(Some(state))
-    }
-
-    /// Repeats the `get` just begun for each array.
-    fn choose_array(
-        &mut self,
-        mut state: State,
-        register: u8,
-        tag: Val,
-        alternatives: &[Sym],
-        stop: Stop,
-    ) -> Run<Option<State>> {
-        state.top_mut().pc -= 1;
-        let blocks: Vec<_> = alternatives.iter().map(|_| self.new_block()).collect();
-        self.end(self.block, Term::Switch(tag, blocks.clone()));
-        let ways = blocks.into_iter().zip(alternatives).map(|(block, alternative)| {
-            let mut way = state.clone();
-            way.set(register, alternative.clone());
-            (block, way)
-        });
-        self.fork(ways.collect(), stop)
     }
 
     /// An element by an index that is only known at run time.
@@ -96,15 +75,8 @@ impl Specializer<'_> {
             return Ok(Some(state));
         }
         // Numbers that are not constant: a way for each, joined at once.
-        let blocks: Vec<_> = parts.iter().map(|_| self.new_block()).collect();
-        self.end(self.block, Term::Switch(tag, blocks.clone()));
         let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
-        let ways = blocks.into_iter().zip(parts).map(|(block, part)| {
-            let mut way = state.clone();
-            way.set(target, part);
-            (block, way)
-        });
-        self.fork(ways.collect(), stop)
+        self.with_each(state, target, tag, &parts, stop)
     }
 
     /// The element of a view: a part of it, or a number or point.
@@ -170,7 +142,7 @@ impl Specializer<'_> {
             Sym::Table(view) => view.lengths[0] as usize,
             Sym::Choice(tag, alternatives) => {
                 let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
-                return self.choose_array(state, array, tag, &alternatives, stop);
+                return self.each(state, array, tag, &alternatives, stop);
             }
             _ => return self.leave(),
         };

@@ -1,11 +1,9 @@
-//! Where ways meet: the sides of a fork, and the rounds of a loop.
+//! Where the ways of a fork meet.
 
-use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use crate::sir::{Block, Inst, Term, Type, Val};
-use crate::specialize::path::{CAPTURES, Path, STACK, any_within};
-use crate::specialize::{Abort, Entry, Frame, Head, Run, Specializer, State};
+use crate::specialize::{Frame, Run, Specializer, State};
 use crate::sym::{Captures, Elements, Num, Sym, TableView};
 
 /// A choice has at most so many alternatives.
@@ -13,7 +11,7 @@ pub(super) const MAX_ALTERNATIVES: usize = 64;
 
 /// A scalar of any type.
 #[derive(Clone, Copy)]
-enum Scalar {
+pub(super) enum Scalar {
     Real(Num<f64>),
     Int(Num<i64>),
     Bool(Num<bool>),
@@ -261,7 +259,7 @@ impl Specializer<'_> {
         self.emit(Type::Int, Inst::Offset { offset: Some(tag), index: base, stride: 1 })
     }
 
-    fn materialize(&mut self, scalar: Scalar) -> Val {
+    pub(super) fn materialize(&mut self, scalar: Scalar) -> Val {
         match scalar {
             Scalar::Real(num) => self.real(num),
             Scalar::Int(num) => self.int(num),
@@ -271,7 +269,7 @@ impl Specializer<'_> {
 }
 
 impl Scalar {
-    fn ty(self) -> Type {
+    pub(super) fn ty(self) -> Type {
         match self {
             Scalar::Real(_) => Type::Real,
             Scalar::Int(_) => Type::Int,
@@ -280,7 +278,7 @@ impl Scalar {
     }
 }
 
-fn sym_of(ty: Type, val: Val) -> Sym {
+pub(super) fn sym_of(ty: Type, val: Val) -> Sym {
     match ty {
         Type::Real => Sym::Real(Num::Ssa(val)),
         Type::Int => Sym::Int(Num::Ssa(val)),
@@ -288,7 +286,7 @@ fn sym_of(ty: Type, val: Val) -> Sym {
     }
 }
 
-fn scalar(sym: &Sym) -> Option<Scalar> {
+pub(super) fn scalar(sym: &Sym) -> Option<Scalar> {
     match sym {
         Sym::Real(num) => Some(Scalar::Real(*num)),
         Sym::Int(num) => Some(Scalar::Int(*num)),
@@ -302,13 +300,13 @@ fn all<T>(syms: &[&Sym], f: impl Fn(&Sym) -> Option<T>) -> Option<Vec<T>> {
 }
 
 /// A structure without its parts.
-enum Shell {
+pub(super) enum Shell {
     Closure(u32),
     Array,
 }
 
 impl Shell {
-    fn of(sym: &Sym) -> Option<(Shell, usize)> {
+    pub(super) fn of(sym: &Sym) -> Option<(Shell, usize)> {
         match sym {
             Sym::Closure(function, captures) => Some((Shell::Closure(*function), captures.len())),
             Sym::Array(elements) => Some((Shell::Array, elements.len())),
@@ -316,7 +314,7 @@ impl Shell {
         }
     }
 
-    fn with(self, parts: Rc<[Sym]>) -> Sym {
+    pub(super) fn with(self, parts: Rc<[Sym]>) -> Sym {
         match self {
             Shell::Closure(function) => Sym::Closure(function, Captures::Parts(parts)),
             Shell::Array => Sym::Array(Elements::Parts(parts)),
@@ -333,7 +331,7 @@ impl Shell {
 }
 
 /// The structure that all values have in common, if they do, and its number of parts.
-fn common_shell(syms: &[&Sym]) -> Option<(Shell, usize)> {
+pub(super) fn common_shell(syms: &[&Sym]) -> Option<(Shell, usize)> {
     let (shell, n_parts) = Shell::of(syms[0])?;
     let fits =
         |sym: &&Sym| Shell::of(sym).is_some_and(|(other, n)| shell.is_same(&other) && n == n_parts);
@@ -341,184 +339,10 @@ fn common_shell(syms: &[&Sym]) -> Option<(Shell, usize)> {
     (n_parts <= MAX_ALTERNATIVES && syms[1..].iter().all(fits)).then_some((shell, n_parts))
 }
 
-fn part(sym: &Sym, index: usize) -> Sym {
+pub(super) fn part(sym: &Sym, index: usize) -> Sym {
     match sym {
         Sym::Closure(_, captures) => captures.get(index),
         Sym::Array(elements) => elements.get(index),
         _ => Sym::Dead,
-    }
-}
-
-// Loops.
-
-/// What a loop's head is made with, or what a round brings along.
-struct Round<'l> {
-    varying: &'l BTreeSet<Path>,
-    values: Vec<(Path, Scalar)>,
-    newly_varying: Vec<Path>,
-    has_other_shape: bool,
-}
-
-impl Specializer<'_> {
-    /// Starts a loop here if the entry with this number is known to be one's head. Returns the
-    /// captured values as the loop sees them.
-    pub(super) fn loop_head(
-        &mut self,
-        state: &mut State,
-        captures: Captures,
-        ordinal: usize,
-    ) -> Run<(Captures, Rc<Head>)> {
-        let mut known: Vec<Sym> = (0..captures.len()).map(|index| captures.get(index)).collect();
-        let Some(varying) = self.loops.get(&ordinal).cloned() else {
-            let head = Head {
-                block: None,
-                params: Vec::new(),
-                stack: state.stack.clone(),
-                captures: known,
-            };
-            return Ok((captures, Rc::new(head)));
-        };
-        let block = self.new_block();
-        self.shader.blocks[block.0 as usize].is_loop = true;
-        let mut params = Vec::new();
-        let mut args = Vec::new();
-        for (root, syms) in [(STACK, &mut state.stack), (CAPTURES, &mut known)] {
-            for (index, sym) in syms.iter_mut().enumerate() {
-                let mut path = vec![root, index as u32];
-                *sym = self.generalized(sym, &mut path, &varying, block, &mut params, &mut args);
-            }
-        }
-        let args = args.into_iter().map(|scalar| self.materialize(scalar)).collect();
-        self.end(self.block, Term::Jump(block, args));
-        self.block = block;
-        let head = Head {
-            block: Some(block),
-            params,
-            stack: state.stack.clone(),
-            captures: known.clone(),
-        };
-        Ok((Captures::Parts(known.into()), Rc::new(head)))
-    }
-
-    /// A value with parameters in place of the scalars that vary.
-    fn generalized(
-        &mut self,
-        sym: &Sym,
-        path: &mut Path,
-        varying: &BTreeSet<Path>,
-        block: Block,
-        params: &mut Vec<(Path, Val)>,
-        args: &mut Vec<Scalar>,
-    ) -> Sym {
-        if !any_within(varying, path) {
-            return sym.clone();
-        }
-        if let Some(scalar) = scalar(sym) {
-            let param = self.param(block, scalar.ty());
-            params.push((path.clone(), param));
-            args.push(scalar);
-            return sym_of(scalar.ty(), param);
-        }
-        let mut of_part = |specializer: &mut Self, index: usize, part: &Sym| {
-            path.push(index as u32);
-            let general = specializer.generalized(part, path, varying, block, params, args);
-            path.pop();
-            general
-        };
-        if let Sym::Point(point) = sym {
-            let parts =
-                [0, 1, 2].map(|index| match of_part(self, index, &Sym::Real(point[index])) {
-                    Sym::Real(num) => num,
-                    _ => point[index],
-                });
-            return Sym::Point(parts);
-        }
-        let Some((shell, n_parts)) = Shell::of(sym) else { return sym.clone() };
-        let parts: Vec<Sym> =
-            (0..n_parts).map(|index| of_part(self, index, &part(sym, index))).collect();
-        shell.with(parts.into())
-    }
-
-    /// Ends this way with a jump back to where `entry` was entered, for a further round.
-    pub(super) fn next_round(
-        &mut self,
-        state: &State,
-        entry: &Entry,
-        captures: &Captures,
-    ) -> Run<Option<State>> {
-        let head = entry.head.clone();
-        if state.stack.len() != head.stack.len() || captures.len() != head.captures.len() {
-            return self.decline("its loop leaves more or fewer values with each round");
-        }
-        let varying = self.loops.get(&entry.ordinal).cloned().unwrap_or_default();
-        let mut round = Round {
-            varying: &varying,
-            values: Vec::new(),
-            newly_varying: Vec::new(),
-            has_other_shape: false,
-        };
-        for (index, (old, new)) in head.stack.iter().zip(&state.stack).enumerate() {
-            round.compare(old, new, &mut vec![STACK, index as u32]);
-        }
-        for (index, old) in head.captures.iter().enumerate() {
-            round.compare(old, &captures.get(index), &mut vec![CAPTURES, index as u32]);
-        }
-        let Round { values, newly_varying, has_other_shape, .. } = round;
-        if has_other_shape {
-            return self.decline("its loop changes the shape or the code of a value");
-        }
-        if !newly_varying.is_empty() {
-            // What was found for later entries may not fit the next run.
-            self.loops.retain(|ordinal, _| *ordinal <= entry.ordinal);
-            self.loops.entry(entry.ordinal).or_default().extend(newly_varying);
-            return Err(Abort::Restart);
-        }
-        let Some(block) = head.block else {
-            // Nothing changes: it never ends, and the interpreter says so.
-            return self.leave();
-        };
-        let value_at =
-            |path: &Path| values.iter().find(|(at, _)| at == path).map(|(_, scalar)| *scalar);
-        let scalars: Option<Vec<Scalar>> =
-            head.params.iter().map(|(path, _)| value_at(path)).collect();
-        let Some(scalars) = scalars else {
-            return self.decline("its loop changes the shape of a value");
-        };
-        let args = scalars.into_iter().map(|scalar| self.materialize(scalar)).collect();
-        self.end(self.block, Term::Jump(block, args));
-        Ok(None)
-    }
-}
-
-impl Round<'_> {
-    /// Compares a value with that of the first round: scalars at varying places are noted, all
-    /// others must be the same.
-    fn compare(&mut self, old: &Sym, new: &Sym, path: &mut Path) {
-        if !any_within(self.varying, path) && old.is_same(new) {
-            return;
-        }
-        if let (Some(before), Some(now)) = (scalar(old), scalar(new)) {
-            if std::mem::discriminant(&before) != std::mem::discriminant(&now) {
-                self.has_other_shape = true;
-            } else if self.varying.contains(path) {
-                self.values.push((path.clone(), now));
-            } else {
-                self.newly_varying.push(path.clone());
-            }
-            return;
-        }
-        let mut parts = Vec::new();
-        if let (Sym::Point(a), Sym::Point(b)) = (old, new) {
-            parts.extend((0..3).map(|i| (Sym::Real(a[i]), Sym::Real(b[i]))));
-        } else if let Some((_, n_parts)) = common_shell(&[old, new]) {
-            parts.extend((0..n_parts).map(|i| (part(old, i), part(new, i))));
-        } else {
-            self.has_other_shape = true;
-        }
-        for (index, (old, new)) in parts.iter().enumerate() {
-            path.push(index as u32);
-            self.compare(old, new, path);
-            path.pop();
-        }
     }
 }

@@ -17,6 +17,7 @@ mod index;
 mod join;
 mod live;
 mod path;
+mod rounds;
 mod step;
 
 use std::collections::{BTreeSet, HashMap};

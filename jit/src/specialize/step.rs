@@ -169,7 +169,7 @@ impl Specializer<'_> {
     }
 
     /// Repeats the instruction just begun for each alternative of the choice in a register.
-    fn each(
+    pub(super) fn each(
         &mut self,
         mut state: State,
         register: u8,
@@ -178,6 +178,18 @@ impl Specializer<'_> {
         stop: Stop,
     ) -> Run<Option<State>> {
         state.top_mut().pc -= 1;
+        self.with_each(state, register, tag, alternatives, stop)
+    }
+
+    /// Goes on with each alternative in a register, up to `stop`.
+    pub(super) fn with_each(
+        &mut self,
+        state: State,
+        register: u8,
+        tag: Val,
+        alternatives: &[Sym],
+        stop: Stop,
+    ) -> Run<Option<State>> {
         let blocks: Vec<_> = alternatives.iter().map(|_| self.new_block()).collect();
         self.end(self.block, Term::Switch(tag, blocks.clone()));
         let ways = blocks.into_iter().zip(alternatives).map(|(block, alternative)| {
