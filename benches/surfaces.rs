@@ -118,7 +118,7 @@ fn run(gml: &str) -> (Arc<LoadedProgram>, Vec<Value>) {
 }
 
 fn call(surfaces: &mut InterpSurfaces<'_>, u: f64, v: f64) -> SurfaceSample {
-    match surfaces.eval(SurfaceId(0), SurfacePoint { face: 0, u, v }) {
+    match surfaces.eval(SurfaceId(0), &SurfacePoint { face: 0, u, v }) {
         Ok(sample) => sample,
         Err(error) => panic!("{}", error.into_diagnostic().message),
     }

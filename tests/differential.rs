@@ -3,13 +3,14 @@
 //!
 //! `GMLVM_FUZZ_PROGRAMS` sets how many programs, `GMLVM_FUZZ_SEED` where to start.
 
+use std::cell::Cell;
 use std::sync::Arc;
 
 use compiler::diagnostic::Diagnostic;
 use compiler::preprocess::NoIncludes;
 use compiler::source::SourceMap;
 use jit::shaders::{Evaluation, Shaders, Tiering};
-use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 use support::generator::{Random, program};
 use vm::error::Error;
 use vm::host::{Host, RenderJob};
@@ -55,6 +56,29 @@ fn told(result: Result<SurfaceSample, Box<Error>>) -> Result<[u64; 6], String> {
     }
 }
 
+/// A place that tells what it was asked for, and lies about the rest.
+struct Place {
+    at: SurfacePoint,
+    asked: Cell<Option<Needs>>,
+}
+
+impl Place {
+    fn new(at: SurfacePoint) -> Self {
+        Place { at, asked: Cell::new(None) }
+    }
+}
+
+impl Locate for Place {
+    fn locate(&self, needs: Needs) -> SurfacePoint {
+        self.asked.set(Some(needs));
+        SurfacePoint {
+            face: if needs.face { self.at.face } else { 99 },
+            u: if needs.u { self.at.u } else { -17.5 },
+            v: if needs.v { self.at.v } else { -17.5 },
+        }
+    }
+}
+
 fn number(variable: &str, default: u64) -> u64 {
     std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
@@ -94,11 +118,35 @@ fn check(seed: u64, tally: &mut Tally) {
     };
     for k in 0..16 {
         let at = SurfacePoint { face: k % 6, u: coordinate(), v: coordinate() };
-        let expected = told(interpreted.eval(SurfaceId(0), at));
-        let found = told(native.eval(SurfaceId(0), at));
+        let expected = told(interpreted.eval(SurfaceId(0), &at));
+        let found = told(native.eval(SurfaceId(0), &Place::new(at)));
         assert_eq!(found, expected, "program {seed} at {at:?}:\n{text}");
         tally.calls += 1;
         tally.errors += u64::from(expected.is_err());
+    }
+}
+
+#[test]
+fn functions_are_told_what_they_read_and_no_more() {
+    let needs = |face, u, v| Some(Needs { face, u, v });
+    let cases = [
+        ("{ /v /u /face 0.5 0.5 0.5 point 1.0 0.0 1.0 }", None),
+        ("{ /v /u /face u u u point 1.0 0.0 1.0 }", needs(false, true, false)),
+        ("{ /v /u /face v u 0.0 mulf v point 1.0 0.0 1.0 }", needs(false, true, true)),
+        (
+            "{ /v /u /face 0.1 0.2 0.3 point face 1 eqi { 1.0 } { 0.5 } if 0.0 1.0 }",
+            needs(true, false, false),
+        ),
+        // Whether it fails depends on v, though no result does.
+        ("{ /v /u /face v sqrt /root 0.1 0.2 0.3 point 1.0 0.0 1.0 }", needs(false, false, true)),
+    ];
+    for (text, expected) in cases {
+        let (loaded, closure) = load(text).expect("a function");
+        let surfaces = [closure];
+        let shaders = Shaders::new(&loaded, &surfaces, LIMITS, Tiering::Eager);
+        let place = Place::new(SurfacePoint { face: 1, u: 0.25, v: 0.75 });
+        shaders.worker().eval(SurfaceId(0), &place).expect("no error");
+        assert_eq!(place.asked.get(), expected, "{text}");
     }
 }
 

@@ -18,7 +18,7 @@ use renderer::light::{Attenuation, Light};
 use renderer::object::{Object, ShapeKind, TransformOp};
 use renderer::scene::Scene;
 use renderer::shade::{Illumination, RayCounts};
-use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use renderer::surface::{Locate, SurfaceEval, SurfaceId, SurfaceSample};
 
 /// A description of which the test knows the parts.
 #[derive(Clone, Debug)]
@@ -165,7 +165,7 @@ struct Numbers;
 impl SurfaceEval for Numbers {
     type Error = std::convert::Infallible;
 
-    fn eval(&mut self, surface: SurfaceId, _: SurfacePoint) -> Result<SurfaceSample, Self::Error> {
+    fn eval(&mut self, surface: SurfaceId, _: &impl Locate) -> Result<SurfaceSample, Self::Error> {
         let color = DVec3::new(f64::from(surface.0 + 1), 0.0, 0.0);
         Ok(SurfaceSample { color, kd: 1.0, ks: 0.0, phong_exp: 1.0 })
     }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use compiler::source::Span;
-use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 use vm::error::Error;
 use vm::machine::Limits;
 use vm::program::LoadedProgram;
@@ -41,7 +41,7 @@ const MIN_MEMORY: u64 = 64 << 20;
 /// How a surface function is evaluated.
 enum Tier {
     Constant(SurfaceSample),
-    Native(Native),
+    Native(Native, Needs),
     Interpreted(Unsupported),
 }
 
@@ -97,6 +97,7 @@ enum Compiled {
     Native {
         code: Arc<Code>,
         n_uniforms: u32,
+        needs: Needs,
         cost: u64,
         depth: usize,
     },
@@ -145,7 +146,7 @@ impl<'p> Shaders<'p> {
             let evaluation = match tier.get() {
                 None => Evaluation::Cold,
                 Some(Tier::Constant(_)) => Evaluation::Constant,
-                Some(Tier::Native(native)) => Evaluation::Native {
+                Some(Tier::Native(native, _)) => Evaluation::Native {
                     n_bytes: native.code.n_bytes,
                     n_uniforms: native.n_uniforms(),
                 },
@@ -173,7 +174,7 @@ impl<'p> Shaders<'p> {
         match compiled.as_ref().map_err(Clone::clone)? {
             Compiled::Constant => {
                 let anywhere = SurfacePoint { face: 0, u: 0.0, v: 0.0 };
-                match interpreter.eval(SurfaceId(index as u32), anywhere) {
+                match interpreter.eval(SurfaceId(index as u32), &anywhere) {
                     Ok(sample) => Ok(Tier::Constant(sample)),
                     Err(_) => Err(self.declined(&outline, "it always fails")),
                 }
@@ -185,8 +186,9 @@ impl<'p> Shaders<'p> {
             {
                 Err(self.declined(&outline, "the limits on it are tight"))
             }
-            Compiled::Native { code, n_uniforms, .. } => {
-                Ok(Tier::Native(Native::new(code.clone(), *n_uniforms, outline.uniforms)))
+            Compiled::Native { code, n_uniforms, needs, .. } => {
+                let native = Native::new(code.clone(), *n_uniforms, outline.uniforms);
+                Ok(Tier::Native(native, *needs))
             }
         }
     }
@@ -213,7 +215,8 @@ impl<'p> Shaders<'p> {
 
     fn compile(&self, outline: &Outline) -> Result<Compiled, Unsupported> {
         let shader = specialize(&self.program.bytecode, outline)?;
-        if is_constant(&shader) {
+        let needs = needs(&shader);
+        if needs == (Needs { face: false, u: false, v: false }) {
             return Ok(Compiled::Constant);
         }
         let Some(isa) = isa() else {
@@ -223,6 +226,7 @@ impl<'p> Shaders<'p> {
         Ok(Compiled::Native {
             code: Arc::new(code),
             n_uniforms: shader.n_uniforms,
+            needs,
             cost: shader.cost,
             depth: shader.depth,
         })
@@ -239,10 +243,11 @@ impl<'p> Shaders<'p> {
     }
 }
 
-/// Whether a shader's results, and that it has results, do not depend on where it is asked.
-fn is_constant(shader: &Shader) -> bool {
+/// What a shader's results, and that it has results, depend on.
+fn needs(shader: &Shader) -> Needs {
     let live = shader.live();
-    ![FACE, U, V].iter().any(|argument| live[argument.0 as usize])
+    let [face, u, v] = [FACE, U, V].map(|argument| live[argument.0 as usize]);
+    Needs { face, u, v }
 }
 
 /// Evaluates surfaces for one thread.
@@ -255,11 +260,12 @@ impl SurfaceEval for NativeSurfaces<'_> {
     type Error = Box<Error>;
 
     #[inline]
-    fn eval(&mut self, surface: SurfaceId, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
+    fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
         let index = surface.0 as usize;
         match self.shaders.tiers[index].get() {
-            Some(Tier::Native(native)) => {
-                match native.call(at.face, at.u, at.v, self.shaders.loop_fuel()) {
+            Some(Tier::Native(native, needs)) => {
+                let SurfacePoint { face, u, v } = at.locate(*needs);
+                match native.call(face, u, v, self.shaders.loop_fuel()) {
                     Some(out) => Ok(out.sample()),
                     None => self.interpreter.eval(surface, at),
                 }
@@ -277,7 +283,7 @@ impl NativeSurfaces<'_> {
         &mut self,
         index: usize,
         surface: SurfaceId,
-        at: SurfacePoint,
+        at: &impl Locate,
     ) -> Result<SurfaceSample, Box<Error>> {
         let function = self.shaders.surfaces[index].function as usize;
         let calls = self.shaders.calls[function].fetch_add(1, Ordering::Relaxed);

@@ -15,10 +15,11 @@ use glam::DVec3;
 use crate::light::{Arriving, Attenuation, Lamp, Light};
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
+use crate::object::ShapeKind;
 use crate::ray::{Crossing, Medium, On, Ray};
 use crate::scene::Scene;
 use crate::shape;
-use crate::surface::{SurfaceEval, SurfacePoint, SurfaceSample};
+use crate::surface::{Locate, Needs, SurfaceEval, SurfacePoint, SurfaceSample};
 use crate::trace::Workspace;
 
 /// Light, and how surfaces answer it.
@@ -87,6 +88,23 @@ struct Hit<R> {
     medium: Medium,
 }
 
+/// The same point in its solid's object space.
+struct Place<R> {
+    kind: ShapeKind,
+    face: u8,
+    point: Vec3<R>,
+}
+
+impl<R: Real> Locate for Place<R> {
+    #[inline]
+    fn locate(&self, needs: Needs) -> SurfacePoint {
+        let Place { kind, face, point } = *self;
+        let u = if needs.u { shape::texture_u(kind, face, point) } else { 0.0 };
+        let v = if needs.v { shape::texture_v(kind, face, point) } else { 0.0 };
+        SurfacePoint { face, u, v }
+    }
+}
+
 impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     pub(crate) fn new(scene: &'s Scene<R>, illumination: &'s Illumination, surfaces: E) -> Self {
         Shader {
@@ -126,7 +144,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let (hit, at) = self.hit(ray, dir, crossing);
         self.counts.surface_calls += 1;
         let surface = self.scene.leaves[crossing.leaf as usize].surface;
-        let sample = self.surfaces.eval(surface, at)?;
+        let sample = self.surfaces.eval(surface, &at)?;
         let (diffuse, specular) = self.direct_light(&hit, dir, &sample);
         let color = Vec3::from_dvec3(sample.color);
         let ks = R::from_f64(sample.ks);
@@ -146,7 +164,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         Ok(Some(Ray { origin: hit.point, dir: reflected, on: Some(hit.on), medium: hit.medium }))
     }
 
-    fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: &Crossing<R>) -> (Hit<R>, SurfacePoint) {
+    fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: &Crossing<R>) -> (Hit<R>, Place<R>) {
         let leaf = &self.scene.leaves[crossing.leaf as usize];
         let face = crossing.root.face;
         let local = self.scene.local_ray(crossing.leaf, ray);
@@ -154,11 +172,10 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let outward =
             leaf.object_from_world.transposed_vector(shape::normal(leaf.kind, face, point));
         let normal = outward.normalized().map(|n| if n.dot(dir) > R::ZERO { -n } else { n });
-        let (u, v) = shape::texture(leaf.kind, face, point);
         let on = On { leaf: crossing.leaf, surface: self.scene.face_surface(leaf, face), point };
         let medium = if crossing.entering { Medium::Outside } else { Medium::Inside };
         let hit = Hit { on, point: leaf.world_from_object.point(point), normal, medium };
-        (hit, SurfacePoint { face, u, v })
+        (hit, Place { kind: leaf.kind, face, point })
     }
 
     /// The light of ambient light and lamps: diffuse, still without the surface's colour, and
@@ -185,6 +202,9 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
                 continue;
             }
             diffuse = diffuse + light.intensity * (kd * cos);
+            if sample.ks == 0.0 {
+                continue;
+            }
             let halfway = (light.toward - dir).normalized();
             let highlight = halfway.map_or(R::ZERO, |h| normal.dot(h));
             if highlight > R::ZERO {

@@ -18,6 +18,35 @@ pub struct SurfacePoint {
     pub v: f64,
 }
 
+/// What of a point a surface function reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Needs {
+    /// The face.
+    pub face: bool,
+    /// The first texture coordinate, which takes an arc tangent on curved faces.
+    pub u: bool,
+    /// The second texture coordinate.
+    pub v: bool,
+}
+
+impl Needs {
+    /// Everything.
+    pub const ALL: Needs = Needs { face: true, u: true, v: true };
+}
+
+/// A place on a solid that tells what is needed of it, so that what nobody reads is not computed.
+pub trait Locate {
+    /// The point; what is not needed may be anything.
+    fn locate(&self, needs: Needs) -> SurfacePoint;
+}
+
+impl Locate for SurfacePoint {
+    #[inline]
+    fn locate(&self, _: Needs) -> SurfacePoint {
+        *self
+    }
+}
+
 /// What a surface function answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SurfaceSample {
@@ -40,5 +69,5 @@ pub trait SurfaceEval {
     ///
     /// # Errors
     /// What the function does wrong; it ends the image.
-    fn eval(&mut self, surface: SurfaceId, at: SurfacePoint) -> Result<SurfaceSample, Self::Error>;
+    fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Self::Error>;
 }

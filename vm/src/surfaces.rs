@@ -8,7 +8,7 @@ use glam::DVec3;
 use renderer::numeric::real::Real;
 use renderer::object::Object;
 use renderer::scene::Scene;
-use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 
 use crate::error::{Error, Problem};
 use crate::machine::{Limits, Machine};
@@ -54,12 +54,12 @@ impl<'p> InterpSurfaces<'p> {
 impl SurfaceEval for InterpSurfaces<'_> {
     type Error = Box<Error>;
 
-    fn eval(&mut self, surface: SurfaceId, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
+    fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
         let index = surface.0 as usize;
         if self.machine.surfaces[index].tag != Tag::Closure {
             self.machine.surfaces[index] = self.machine.import(&self.surfaces[index]);
         }
-        self.machine.surface_at(index, at)
+        self.machine.surface_at(index, at.locate(Needs::ALL))
     }
 }
 

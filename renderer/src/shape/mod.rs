@@ -137,21 +137,40 @@ pub(crate) fn normal<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> Vec3<R> 
     }
 }
 
-/// Texture coordinates of a point of a face (reference, table 1): in [0, 1], `u` around an axis in
+/// First texture coordinate of a point of a face (reference, table 1): in [0, 1], around an axis in
 /// [0, 1), but unbounded on planes.
-pub(crate) fn texture<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> (f64, f64) {
-    let half = |x: R| ((x + R::ONE) / R::from_f64(2.0)).to_f64();
-    let (u, v) = match (kind, face) {
-        (ShapeKind::Plane, _) => return (p.x.to_f64(), p.z.to_f64()),
-        (ShapeKind::Sphere, _) => (R::turns(p.x, p.z).to_f64(), half(p.y)),
-        (ShapeKind::Cylinder | ShapeKind::Cone, 0) => (R::turns(p.x, p.z).to_f64(), p.y.to_f64()),
-        (ShapeKind::Cylinder | ShapeKind::Cone, _) => (half(p.x), half(p.z)),
-        (ShapeKind::Cube, 0 | 1) => (p.x.to_f64(), p.y.to_f64()),
-        (ShapeKind::Cube, 2 | 3) => (p.z.to_f64(), p.y.to_f64()),
-        (ShapeKind::Cube, _) => (p.x.to_f64(), p.z.to_f64()),
-    };
-    // Rounding may step over an edge, where a table lookup in the surface function would fail.
-    (u.clamp(0.0, 1.0), v.clamp(0.0, 1.0))
+pub(crate) fn texture_u<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> f64 {
+    match (kind, face) {
+        (ShapeKind::Plane, _) => p.x.to_f64(),
+        (ShapeKind::Sphere, _) | (ShapeKind::Cylinder | ShapeKind::Cone, 0) => {
+            within(R::turns(p.x, p.z))
+        }
+        (ShapeKind::Cylinder | ShapeKind::Cone, _) => within(half(p.x)),
+        (ShapeKind::Cube, 2 | 3) => within(p.z),
+        (ShapeKind::Cube, _) => within(p.x),
+    }
+}
+
+/// Second texture coordinate of a point of a face (reference, table 1): in [0, 1], but unbounded on
+/// planes.
+pub(crate) fn texture_v<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> f64 {
+    match (kind, face) {
+        (ShapeKind::Plane, _) => p.z.to_f64(),
+        (ShapeKind::Sphere, _) => within(half(p.y)),
+        (ShapeKind::Cylinder | ShapeKind::Cone, 0) | (ShapeKind::Cube, 0..=3) => within(p.y),
+        (ShapeKind::Cylinder | ShapeKind::Cone, _) => within(half(p.z)),
+        (ShapeKind::Cube, _) => within(p.z),
+    }
+}
+
+/// From [-1, 1] to [0, 1].
+fn half<R: Real>(x: R) -> R {
+    (x + R::ONE) / R::from_f64(2.0)
+}
+
+/// Rounding may step over an edge, where a table lookup in the surface function would fail.
+fn within<R: Real>(x: R) -> f64 {
+    x.to_f64().clamp(0.0, 1.0)
 }
 
 #[cfg(test)]
