@@ -151,6 +151,30 @@ fn functions_are_told_what_they_read_and_no_more() {
 }
 
 #[test]
+fn functions_are_compiled_when_it_pays() {
+    let wavy = "{ /v /u /face u 360.0 mulf sin v v point 1.0 0.0 1.0 }";
+    let constant = "{ /v /u /face 0.1 0.2 0.3 point 1.0 0.0 1.0 }";
+    // How soon each is decided, in calls.
+    let cases = [(wavy, 10_000..100_000), (constant, 500..10_000)];
+    for (text, expected) in cases {
+        let (loaded, closure) = load(text).expect("a function");
+        let surfaces = [closure];
+        let shaders = Shaders::new(&loaded, &surfaces, LIMITS, Tiering::Hot);
+        let mut worker = shaders.worker();
+        let mut n_calls = 0;
+        let at = SurfacePoint { face: 0, u: 0.3, v: 0.4 };
+        let first = told(worker.eval(SurfaceId(0), &at));
+        while shaders.report()[0].evaluation == Evaluation::Cold {
+            assert_eq!(told(worker.eval(SurfaceId(0), &at)), first, "{text}");
+            n_calls += 1;
+            assert!(n_calls < expected.end, "{text} is still interpreted");
+        }
+        assert!(n_calls >= expected.start, "{text} is decided after {n_calls} calls");
+        assert_eq!(told(worker.eval(SurfaceId(0), &at)), first, "{text}");
+    }
+}
+
+#[test]
 fn native_code_agrees_with_the_interpreter() {
     let first = number("GMLVM_FUZZ_SEED", 1);
     let n_programs = number("GMLVM_FUZZ_PROGRAMS", 3000);

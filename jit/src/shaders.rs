@@ -2,7 +2,7 @@
 //! is decided.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use compiler::source::Span;
@@ -28,9 +28,18 @@ pub enum Tiering {
     Hot,
 }
 
-/// Calls of one function by interpretation before it is compiled. Compiling takes about as long as
-/// a thousand such calls; twice that keeps what an image that ends here has lost to a few percent.
-const HOT_CALLS: u32 = 2048;
+/// Fuel that calls of one function use up before its closures are specialized, to find out whether
+/// they are constant: what the interpreter burns (a unit in about 2 ns) while one is (20 to 70 µs).
+const WARM_FUEL: u64 = 20_000;
+
+/// Fuel that the interpreter burns while a shader is compiled (about 0.2 ms, and 3 µs for each
+/// instruction).
+const COMPILE_FUEL: u64 = 100_000;
+const COMPILE_FUEL_PER_INST: u64 = 1_500;
+
+/// A shader is compiled when the interpreter has spent so many times what compiling takes. An image
+/// that ends at this very moment, with a third of its time spent on surfaces, has lost a twelfth.
+const PATIENCE: u64 = 4;
 
 /// Functions specialized in more ways than this on captured integers take those as uniforms.
 const MAX_VARIANTS: usize = 16;
@@ -78,29 +87,56 @@ pub struct Shaders<'p> {
     program: &'p Arc<LoadedProgram>,
     surfaces: &'p [Arc<Closure>],
     limits: Limits,
-    tiers: Vec<OnceLock<Tier>>,
-    /// Calls by interpretation, by function.
-    calls: Vec<AtomicU32>,
+    slots: Vec<Slot>,
+    /// Fuel that calls have used up by interpretation, by function, before specializing.
+    spent: Vec<AtomicU64>,
     cache: Mutex<Cache>,
 }
 
+/// What is known of a surface.
 #[derive(Default)]
-struct Cache {
-    by_key: HashMap<Vec<KeyItem>, Arc<OnceLock<Result<Compiled, Unsupported>>>>,
-    n_variants: HashMap<u32, usize>,
+struct Slot {
+    variant: OnceLock<Result<Bound, Unsupported>>,
+    /// Set once nothing more is to be decided.
+    tier: OnceLock<Tier>,
 }
 
-/// What specializing a closure gave.
-enum Compiled {
-    /// Its results depend on uniforms at most.
-    Constant,
-    Native {
-        code: Arc<Code>,
-        n_uniforms: u32,
-        needs: Needs,
-        cost: u64,
-        depth: usize,
-    },
+/// A variant, and what it needs besides the point to be one closure.
+struct Bound {
+    variant: Arc<Variant>,
+    uniforms: Vec<u64>,
+}
+
+/// A specialized function, for all closures of the same key.
+struct Variant {
+    shader: Shader,
+    needs: Needs,
+    /// Fuel that calls have used up by interpretation since.
+    spent: AtomicU64,
+    code: OnceLock<Result<Arc<Code>, Unsupported>>,
+}
+
+impl Variant {
+    fn is_constant(&self) -> bool {
+        self.needs == Needs { face: false, u: false, v: false }
+    }
+
+    /// Whether the interpreter has spent so much that compiling is due, with the fuel of one more
+    /// call.
+    fn is_hot(&self, fuel: u64) -> bool {
+        let spent = self.spent.fetch_add(fuel, Ordering::Relaxed) + fuel;
+        let n_insts: usize = self.shader.blocks.iter().map(|block| block.insts.len()).sum();
+        spent / PATIENCE > COMPILE_FUEL + COMPILE_FUEL_PER_INST * n_insts as u64
+    }
+}
+
+/// The place for what a key is specialized to.
+type Cell = OnceLock<Result<Arc<Variant>, Unsupported>>;
+
+#[derive(Default)]
+struct Cache {
+    by_key: HashMap<Vec<KeyItem>, Arc<Cell>>,
+    n_variants: HashMap<u32, usize>,
 }
 
 impl<'p> Shaders<'p> {
@@ -116,14 +152,17 @@ impl<'p> Shaders<'p> {
             program,
             surfaces,
             limits,
-            tiers: surfaces.iter().map(|_| OnceLock::new()).collect(),
-            calls: program.bytecode.functions.iter().map(|_| AtomicU32::new(0)).collect(),
+            slots: surfaces.iter().map(|_| Slot::default()).collect(),
+            spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
         };
         if tiering == Tiering::Eager {
             let mut interpreter = InterpSurfaces::new(program, surfaces, limits);
             for index in 0..surfaces.len() {
-                shaders.tier(index, &mut interpreter);
+                shaders.decide(index, || {
+                    let anywhere = SurfacePoint { face: 0, u: 0.0, v: 0.0 };
+                    interpreter.eval(SurfaceId(index as u32), &anywhere).ok()
+                });
             }
         }
         shaders
@@ -141,9 +180,9 @@ impl<'p> Shaders<'p> {
     /// How each surface is evaluated by now.
     #[must_use]
     pub fn report(&self) -> Vec<SurfaceReport> {
-        let of = |(closure, tier): (&Arc<Closure>, &OnceLock<Tier>)| {
+        let of = |(closure, slot): (&Arc<Closure>, &Slot)| {
             let span = self.program.bytecode.functions[closure.function as usize].span;
-            let evaluation = match tier.get() {
+            let evaluation = match slot.tier.get() {
                 None => Evaluation::Cold,
                 Some(Tier::Constant(_)) => Evaluation::Constant,
                 Some(Tier::Native(native, _)) => Evaluation::Native {
@@ -154,50 +193,80 @@ impl<'p> Shaders<'p> {
             };
             SurfaceReport { span, evaluation }
         };
-        self.surfaces.iter().zip(&self.tiers).map(of).collect()
+        self.surfaces.iter().zip(&self.slots).map(of).collect()
     }
 
-    /// The tier of a surface, decided now if it was not.
-    fn tier(&self, index: usize, interpreter: &mut InterpSurfaces<'_>) -> &Tier {
-        self.tiers[index]
-            .get_or_init(|| self.decide(index, interpreter).unwrap_or_else(Tier::Interpreted))
-    }
-
-    fn decide(
-        &self,
-        index: usize,
-        interpreter: &mut InterpSurfaces<'_>,
-    ) -> Result<Tier, Unsupported> {
-        let closure = &self.surfaces[index];
-        let (outline, cell) = self.cell(closure);
-        let compiled = cell.get_or_init(|| self.compile(&outline));
-        match compiled.as_ref().map_err(Clone::clone)? {
-            Compiled::Constant => {
-                let anywhere = SurfacePoint { face: 0, u: 0.0, v: 0.0 };
-                match interpreter.eval(SurfaceId(index as u32), &anywhere) {
-                    Ok(sample) => Ok(Tier::Constant(sample)),
-                    Err(_) => Err(self.declined(&outline, "it always fails")),
-                }
-            }
-            Compiled::Native { cost, depth, .. }
-                if self.limits.fuel < *cost
-                    || self.limits.max_depth < *depth
-                    || self.limits.max_memory < MIN_MEMORY =>
-            {
-                Err(self.declined(&outline, "the limits on it are tight"))
-            }
-            Compiled::Native { code, n_uniforms, needs, .. } => {
-                let native = Native::new(code.clone(), *n_uniforms, outline.uniforms);
-                Ok(Tier::Native(native, *needs))
-            }
+    /// Counts a call by interpretation, and decides how to go on when the time has come. `sample` is
+    /// what the call gave.
+    fn warm_up(&self, index: usize, fuel: u64, sample: SurfaceSample) {
+        let spent = &self.spent[self.surfaces[index].function as usize];
+        let is_due = match self.slots[index].variant.get() {
+            Some(Ok(bound)) => bound.variant.is_hot(fuel),
+            Some(Err(_)) => true,
+            None if spent.fetch_add(fuel, Ordering::Relaxed) + fuel < WARM_FUEL => false,
+            None => self.variant(index).as_ref().map_or(true, |bound| bound.variant.is_constant()),
+        };
+        if is_due {
+            self.decide(index, || Some(sample));
         }
     }
 
-    /// The outline of a closure and the place for what it compiles to.
-    fn cell(
+    /// Decides how a surface is evaluated from now on. `sample` tells what it gives anywhere, if
+    /// that is the same everywhere.
+    fn decide(&self, index: usize, sample: impl FnOnce() -> Option<SurfaceSample>) {
+        let decision = || match self.variant(index) {
+            Err(unsupported) => Err(unsupported.clone()),
+            Ok(bound) if bound.variant.is_constant() => {
+                sample().map(Tier::Constant).ok_or_else(|| self.declined(index, "it always fails"))
+            }
+            Ok(bound) => self.native(index, bound),
+        };
+        self.slots[index].tier.get_or_init(|| decision().unwrap_or_else(Tier::Interpreted));
+    }
+
+    fn native(
         &self,
-        closure: &Arc<Closure>,
-    ) -> (Outline, Arc<OnceLock<Result<Compiled, Unsupported>>>) {
+        index: usize,
+        Bound { variant, uniforms }: &Bound,
+    ) -> Result<Tier, Unsupported> {
+        let shader = &variant.shader;
+        if self.limits.fuel < shader.cost
+            || self.limits.max_depth < shader.depth
+            || self.limits.max_memory < MIN_MEMORY
+        {
+            return Err(self.declined(index, "the limits on it are tight"));
+        }
+        let compile = || {
+            let isa = isa().ok_or("there is no code generator for this processor")?;
+            Code::compile(shader, &isa).map(Arc::new)
+        };
+        let code = variant
+            .code
+            .get_or_init(|| compile().map_err(|reason| self.declined(index, &reason)))
+            .clone()?;
+        Ok(Tier::Native(Native::new(code, shader.n_uniforms, uniforms.clone()), variant.needs))
+    }
+
+    /// The variant of a surface, specialized now if it was not.
+    fn variant(&self, index: usize) -> &Result<Bound, Unsupported> {
+        self.slots[index].variant.get_or_init(|| {
+            let (outline, cell) = self.cell(&self.surfaces[index]);
+            let variant = cell.get_or_init(|| {
+                let shader = specialize(&self.program.bytecode, &outline)?;
+                let needs = needs(&shader);
+                Ok(Arc::new(Variant {
+                    shader,
+                    needs,
+                    spent: AtomicU64::new(0),
+                    code: OnceLock::new(),
+                }))
+            });
+            variant.clone().map(|variant| Bound { variant, uniforms: outline.uniforms })
+        })
+    }
+
+    /// The outline of a closure and the place for what it is specialized to.
+    fn cell(&self, closure: &Arc<Closure>) -> (Outline, Arc<Cell>) {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         let mut outlined = outline(closure, false);
         let n_variants = cache.n_variants.get(&closure.function).copied().unwrap_or(0);
@@ -213,27 +282,9 @@ impl<'p> Shaders<'p> {
         (outlined, cell)
     }
 
-    fn compile(&self, outline: &Outline) -> Result<Compiled, Unsupported> {
-        let shader = specialize(&self.program.bytecode, outline)?;
-        let needs = needs(&shader);
-        if needs == (Needs { face: false, u: false, v: false }) {
-            return Ok(Compiled::Constant);
-        }
-        let Some(isa) = isa() else {
-            return Err(self.declined(outline, "there is no code generator for this processor"));
-        };
-        let code = Code::compile(&shader, &isa).map_err(|error| self.declined(outline, &error))?;
-        Ok(Compiled::Native {
-            code: Arc::new(code),
-            n_uniforms: shader.n_uniforms,
-            needs,
-            cost: shader.cost,
-            depth: shader.depth,
-        })
-    }
-
-    fn declined(&self, outline: &Outline, reason: &str) -> Unsupported {
-        let span = self.program.bytecode.functions[outline.function as usize].span;
+    fn declined(&self, index: usize, reason: &str) -> Unsupported {
+        let function = self.surfaces[index].function as usize;
+        let span = self.program.bytecode.functions[function].span;
         Unsupported { span, reason: reason.to_owned() }
     }
 
@@ -262,7 +313,7 @@ impl SurfaceEval for NativeSurfaces<'_> {
     #[inline]
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
         let index = surface.0 as usize;
-        match self.shaders.tiers[index].get() {
+        match self.shaders.slots[index].tier.get() {
             Some(Tier::Native(native, needs)) => {
                 let SurfacePoint { face, u, v } = at.locate(*needs);
                 match native.call(face, u, v, self.shaders.loop_fuel()) {
@@ -285,11 +336,8 @@ impl NativeSurfaces<'_> {
         surface: SurfaceId,
         at: &impl Locate,
     ) -> Result<SurfaceSample, Box<Error>> {
-        let function = self.shaders.surfaces[index].function as usize;
-        let calls = self.shaders.calls[function].fetch_add(1, Ordering::Relaxed);
-        if calls >= HOT_CALLS {
-            self.shaders.tier(index, &mut self.interpreter);
-        }
-        self.interpreter.eval(surface, at)
+        let sample = self.interpreter.eval(surface, at)?;
+        self.shaders.warm_up(index, self.interpreter.fuel_used(), sample);
+        Ok(sample)
     }
 }

@@ -62,7 +62,7 @@ fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> 
             Evaluation::Declined(why) => {
                 format!("interpreted: {} at {}", why.reason, source.place(why.span))
             }
-            Evaluation::Cold => "interpreted: called too seldom to compile".to_owned(),
+            Evaluation::Cold => "interpreted: called too seldom to be worth compiling".to_owned(),
         };
         *counts.entry(format!("surface at {}: {how}", source.place(report.span))).or_default() += 1;
     }

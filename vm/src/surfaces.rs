@@ -49,6 +49,12 @@ impl<'p> InterpSurfaces<'p> {
         machine.surfaces = vec![Word::NOTHING; surfaces.len()];
         InterpSurfaces { machine, surfaces }
     }
+
+    /// The fuel that the last call has used up: how long it took, roughly.
+    #[must_use]
+    pub fn fuel_used(&self) -> u64 {
+        self.machine.limits.fuel - self.machine.fuel
+    }
 }
 
 impl SurfaceEval for InterpSurfaces<'_> {
