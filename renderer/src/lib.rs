@@ -6,7 +6,9 @@
 //! illumination in [`shade`].
 #![forbid(unsafe_code)]
 
+mod bounds;
 pub mod camera;
+mod hierarchy;
 pub mod image;
 mod intern;
 pub mod light;

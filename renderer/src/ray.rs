@@ -1,8 +1,14 @@
-//! Rays in world space, and what they meet.
+//! Rays in world space, what they meet, and how far rounding may put that off.
 
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::shape::Root;
+
+/// Roundings of the size of the terms that `t` may be off by. Bringing origin and direction into
+/// object space, forming the root and comparing it costs about ten; 64 leaves room for planes met
+/// at up to one in six. Of 205,209 pixels of 88 scenes made of coincident surfaces, and 136,320 of
+/// real scenes, none is wrong with this factor that is right in 256-bit arithmetic.
+pub(crate) const TIE_ROUNDINGS: f64 = 64.0;
 
 /// A ray in world space. The direction has any length; `t` counts in its lengths.
 #[derive(Clone, Copy, Debug)]
@@ -58,4 +64,91 @@ impl<R: Real> Crossing<R> {
     pub(crate) fn ties_with(&self, other: &Crossing<R>) -> bool {
         (self.t - other.t).abs().to_f64() <= self.tolerance + other.tolerance
     }
+}
+
+/// How much larger rounding errors are in world space than the coordinates that they come from,
+/// because shapes are stretched or lie far from the origin of their own space: an error bound is
+/// `roundings (linear |x| + shift)` for a point x. Of several shapes, the largest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Conditioning {
+    pub(crate) linear: f64,
+    pub(crate) shift: f64,
+}
+
+impl Conditioning {
+    pub(crate) fn or(self, other: Conditioning) -> Conditioning {
+        Conditioning { linear: self.linear.max(other.linear), shift: self.shift.max(other.shift) }
+    }
+
+    /// How far off a point may be whose coordinates are at most `size`.
+    pub(crate) fn error(self, size: f64) -> f64 {
+        TIE_ROUNDINGS * f64::UNIT_ROUNDOFF * (self.linear * size + self.shift)
+    }
+}
+
+/// A ray, for being tested against boxes: it meets all of them that hold anything that it is found
+/// to meet, however that is rounded.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Line {
+    /// The origin, moved up and down by what rounding may have moved it.
+    above: [f64; 3],
+    below: [f64; 3],
+    /// 1 over the direction.
+    inverse: [f64; 3],
+    /// What the tolerance of any crossing has besides roundings of `t`, at most.
+    tolerance: f64,
+}
+
+/// What the three roundings of a slab's ends may take off an interval, with room (Ize, "Robust BVH
+/// Ray Traversal", 2013).
+const WIDER: f64 = 1.0 + 8.0 * f64::EPSILON;
+
+impl Line {
+    pub(crate) fn new<R: Real>(ray: &Ray<R>, conditioning: Conditioning) -> Self {
+        let origin = coordinates(ray.origin);
+        let dir = coordinates(ray.dir);
+        let error = conditioning.error(ray.origin.max_norm().to_f64());
+        // Along an axis that it is parallel to, the ray is inside or far outside.
+        let inverse = dir.map(|d| (1.0 / d).clamp(-f64::MAX, f64::MAX));
+        let of_longest = inverse.iter().fold(f64::INFINITY, |least, x| least.min(x.abs()));
+        Line {
+            above: origin.map(|x| x + error),
+            below: origin.map(|x| x - error),
+            inverse,
+            tolerance: 2.0 * error * of_longest,
+        }
+    }
+
+    /// The `t` at which the ray enters a box, 0 if it starts inside; none if it misses the box or
+    /// enters it behind `t_end`.
+    #[inline(always)]
+    pub(crate) fn enters(&self, lo: &[f32; 3], hi: &[f32; 3], t_end: f64) -> Option<f64> {
+        let (mut enter, mut exit) = (0.0_f64, t_end);
+        for axis in 0..3 {
+            let low = (f64::from(lo[axis]) - self.above[axis]) * self.inverse[axis];
+            let high = (f64::from(hi[axis]) - self.below[axis]) * self.inverse[axis];
+            enter = enter.max(low.min(high));
+            exit = exit.min(low.max(high));
+        }
+        (enter <= exit * WIDER).then_some(enter)
+    }
+
+    /// Up to where crossings matter to those at `t`: they may tie with others that tie with those,
+    /// each by the tolerances of two.
+    pub(crate) fn end_of_ties(&self, t: f64) -> f64 {
+        let relative = TIE_ROUNDINGS * f64::UNIT_ROUNDOFF * t.abs();
+        t + 4.0 * (self.tolerance + relative)
+    }
+}
+
+/// A ray up to some `t`, and how it is tested against boxes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Reach<'r, R> {
+    pub(crate) ray: &'r Ray<R>,
+    pub(crate) line: Line,
+    pub(crate) t_end: f64,
+}
+
+fn coordinates<R: Real>(v: Vec3<R>) -> [f64; 3] {
+    [v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]
 }

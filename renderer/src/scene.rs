@@ -3,16 +3,22 @@
 //!
 //! A scene is a union of components. Most are single shapes; the others are trees whose root is an
 //! intersection or a difference. Shapes are numbered in the order of the program's operands, which
-//! decides who paints coincident surfaces. Bounds and a hierarchy over components would go here.
+//! decides who paints coincident surfaces. A hierarchy over the components, and one over the leaves of
+//! each tree, tell which of them a ray may meet.
 
 use std::rc::Rc;
 
+use rayon::prelude::*;
+
+use crate::bounds::{self, Bounds};
+use crate::hierarchy::Hierarchy;
 use crate::intern;
 use crate::numeric::affine::Affine;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::{NodeKind, Object, SetOp, ShapeKind};
 use crate::placement::Placement;
+use crate::ray::Conditioning;
 use crate::shape;
 use crate::surface::SurfaceId;
 
@@ -22,6 +28,12 @@ pub struct Scene<R = f64> {
     pub(crate) leaves: Vec<Leaf<R>>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) components: Vec<Component>,
+    /// Over the components, by index.
+    pub(crate) hierarchy: Hierarchy,
+    /// Over the leaves of each tree.
+    pub(crate) trees: Vec<Hierarchy>,
+    /// Of all leaves.
+    pub(crate) conditioning: Conditioning,
     /// The world-space surface of each face, faces of one leaf in a row. Equal surfaces have equal
     /// numbers, and those that several faces share have the lowest.
     pub(crate) face_surfaces: Vec<u32>,
@@ -49,27 +61,34 @@ pub(crate) struct Leaf<R> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Component {
     Leaf(u32),
-    /// A tree by its root node, and its leaves.
+    /// A tree by its root node, and the index of its hierarchy.
     Tree {
         root: u32,
-        first_leaf: u32,
-        end_leaf: u32,
+        hierarchy: u32,
     },
 }
 
-/// A node of a tree of set operations.
+/// A node of a tree of set operations: true inside its solid. Operands are numbered in their order.
+///
+/// An operation may have many operands, as many as follow from its being associative: a union of
+/// unions is one, and so is the difference of a difference. All are sums with a threshold, of +1 for
+/// an operand that is true, but -1 for those taken away.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Node {
     /// The node above, [`NONE`] for a root.
     pub(crate) parent: u32,
-    pub(crate) kind: Operands,
+    /// What it adds to the sum of the node above while it is true.
+    pub(crate) weight: i32,
+    /// The least sum that makes it true.
+    pub(crate) threshold: i32,
+    pub(crate) kind: Kind,
 }
 
 /// What a node stands for.
-#[derive(Clone, Copy, Debug)]
-pub(crate) enum Operands {
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
     Leaf(u32),
-    Both(SetOp, [u32; 2]),
+    Combined(SetOp),
 }
 
 /// No node.
@@ -89,11 +108,15 @@ impl<R: Real> Scene<R> {
                 leaves: Vec::new(),
                 nodes: Vec::new(),
                 components: Vec::new(),
+                hierarchy: Hierarchy::default(),
+                trees: Vec::new(),
+                conditioning: Conditioning::default(),
                 face_surfaces: Vec::new(),
                 n_shared: 0,
             },
             placements: Vec::new(),
-            tasks: vec![Task::Visit {
+            n_trees: 0,
+            tasks: vec![Task {
                 object,
                 placement: Rc::new(Placement::identity()),
                 above: Above::Union,
@@ -105,7 +128,34 @@ impl<R: Real> Scene<R> {
         let Flattening { mut scene, placements, .. } = flattening;
         let kinds: Vec<ShapeKind> = scene.leaves.iter().map(|leaf| leaf.kind).collect();
         (scene.face_surfaces, scene.n_shared) = intern::face_surfaces(&kinds, &placements);
+        scene.index();
         scene
+    }
+
+    /// Builds the hierarchies.
+    fn index(&mut self) {
+        let leaves: Vec<Bounds> = self.leaves.par_iter().map(Leaf::bounds).collect();
+        self.conditioning = self
+            .leaves
+            .iter()
+            .fold(Conditioning::default(), |all, leaf| all.or(leaf.conditioning()));
+        let mut trees = self.nodes.chunk_by(|_, next| next.parent != NONE);
+        let mut hierarchies = Vec::new();
+        let mut bounds_of = |component: &Component| match *component {
+            Component::Leaf(leaf) => leaves[leaf as usize],
+            Component::Tree { root, .. } => {
+                let nodes = trees.next().expect("a root for each tree");
+                let relevant = bounds::relevant(nodes, root, |leaf| leaves[leaf as usize]);
+                let boxes = nodes.iter().zip(&relevant).filter_map(|(node, bounds)| {
+                    if let Kind::Leaf(leaf) = node.kind { Some((leaf, *bounds)) } else { None }
+                });
+                hierarchies.push(Hierarchy::new(boxes));
+                relevant[0]
+            }
+        };
+        let boxes = self.components.iter().map(&mut bounds_of);
+        self.hierarchy = Hierarchy::new((0..).zip(boxes));
+        self.trees = hierarchies;
     }
 
     /// Number of shapes.
@@ -120,44 +170,58 @@ impl<R: Real> Scene<R> {
     }
 }
 
+impl<R: Real> Leaf<R> {
+    /// A box around it, with room for rounding.
+    fn bounds(&self) -> Bounds {
+        let bounds = bounds::of_shape(self.kind, &self.world_from_object, &self.object_from_world);
+        bounds.padded(|size| self.conditioning().error(size))
+    }
+
+    fn conditioning(&self) -> Conditioning {
+        let rows = self.world_from_object.rows.iter();
+        let stretch = rows.map(row_size).fold(0.0, f64::max);
+        Conditioning { linear: stretch * self.linear_size, shift: stretch * self.shift_size }
+    }
+}
+
+/// The sum of the sizes of a row's entries.
+fn row_size<R: Real>(row: &Vec3<R>) -> f64 {
+    (row.x.abs() + row.y.abs() + row.z.abs()).to_f64()
+}
+
 /// What a part of the description is an operand of.
 #[derive(Clone, Copy)]
 enum Above {
     /// The union that the scene is.
     Union,
-    /// A node, as its first or second operand.
-    Node(u32, usize),
+    /// A node; whether as its first operand.
+    Node(u32, bool),
 }
 
-enum Task<'o, S> {
-    Visit {
-        object: &'o Object<S>,
-        placement: Rc<Placement>,
-        above: Above,
-    },
-    /// All leaves of the last tree have been made.
-    EndTree,
+/// A part of the description to be visited.
+struct Task<'o, S> {
+    object: &'o Object<S>,
+    placement: Rc<Placement>,
+    above: Above,
 }
 
 struct Flattening<'o, S, R> {
     scene: Scene<R>,
     placements: Vec<Rc<Placement>>,
+    n_trees: u32,
     /// What is left to do, the next last.
     tasks: Vec<Task<'o, S>>,
 }
 
 impl<'o, S, R: Real> Flattening<'o, S, R> {
     fn perform(&mut self, task: Task<'o, S>, intern: &mut impl FnMut(&S) -> SurfaceId) {
-        let (object, placement, above) = match task {
-            Task::Visit { object, placement, above } => (object, placement, above),
-            Task::EndTree => return self.end_tree(),
-        };
+        let Task { object, placement, above } = task;
         match object.kind() {
             NodeKind::Shape(kind, surface) => self.leaf(*kind, intern(surface), placement, above),
             NodeKind::Transformed(op) => {
                 let placement = Rc::new(placement.of_transformed(*op));
                 let inner = object.children().next().expect("a transform has an operand");
-                self.tasks.push(Task::Visit { object: inner, placement, above });
+                self.tasks.push(Task { object: inner, placement, above });
             }
             NodeKind::Combined(op) => self.combined(object, *op, &placement, above),
         }
@@ -170,30 +234,30 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
         placement: &Rc<Placement>,
         above: Above,
     ) {
-        let is_top_union = matches!((op, above), (SetOp::Union, Above::Union));
-        let node =
-            if is_top_union { NONE } else { self.node(Operands::Both(op, [NONE; 2]), above) };
-        if matches!(above, Above::Union) && !is_top_union {
-            let first_leaf = self.scene.leaves.len() as u32;
-            self.scene.components.push(Component::Tree {
-                root: node,
-                first_leaf,
-                end_leaf: first_leaf,
-            });
-            self.tasks.push(Task::EndTree);
+        let operands_of = match above {
+            Above::Union if op == SetOp::Union => Above::Union,
+            Above::Node(node, is_first) if self.is_part_of(op, node, is_first) => above,
+            _ => Above::Node(self.node(Kind::Combined(op), above), true),
+        };
+        if let (Above::Union, Above::Node(root, _)) = (above, operands_of) {
+            let hierarchy = self.n_trees;
+            self.n_trees += 1;
+            self.scene.components.push(Component::Tree { root, hierarchy });
         }
         // Pushed last is visited first: the second operand waits.
         for (side, operand) in object.children().enumerate().collect::<Vec<_>>().into_iter().rev() {
-            let above = if is_top_union { Above::Union } else { Above::Node(node, side) };
-            self.tasks.push(Task::Visit { object: operand, placement: placement.clone(), above });
+            let above = match operands_of {
+                Above::Node(node, is_first) => Above::Node(node, is_first && side == 0),
+                Above::Union => Above::Union,
+            };
+            self.tasks.push(Task { object: operand, placement: placement.clone(), above });
         }
     }
 
-    fn end_tree(&mut self) {
-        let n_leaves = self.scene.leaves.len() as u32;
-        if let Some(Component::Tree { end_leaf, .. }) = self.scene.components.last_mut() {
-            *end_leaf = n_leaves;
-        }
+    /// Whether the operands of an operation may be operands of the node above it.
+    fn is_part_of(&self, op: SetOp, node: u32, is_first: bool) -> bool {
+        let is_same = self.scene.nodes[node as usize].kind == Kind::Combined(op);
+        is_same && (is_first || op != SetOp::Difference)
     }
 
     fn leaf(
@@ -209,7 +273,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
                 self.scene.components.push(Component::Leaf(index));
                 NONE
             }
-            Above::Node(..) => self.node(Operands::Leaf(index), above),
+            Above::Node(..) => self.node(Kind::Leaf(index), above),
         };
         let first_face = self
             .scene
@@ -217,7 +281,6 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             .last()
             .map_or(0, |leaf| leaf.first_face + shape::forms(leaf.kind).len() as u32);
         let object_from_world: Affine<R> = placement.object_from_world.rounded();
-        let row_size = |row: &Vec3<R>| (row.x.abs() + row.y.abs() + row.z.abs()).to_f64();
         self.scene.leaves.push(Leaf {
             kind,
             surface,
@@ -231,18 +294,21 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
         self.placements.push(placement);
     }
 
-    /// Makes a node and enters it above.
-    fn node(&mut self, kind: Operands, above: Above) -> u32 {
-        let index = self.scene.nodes.len() as u32;
-        let parent = if let Above::Node(parent, side) = above {
-            if let Operands::Both(_, operands) = &mut self.scene.nodes[parent as usize].kind {
-                operands[side] = index;
+    /// Makes a node below another.
+    fn node(&mut self, kind: Kind, above: Above) -> u32 {
+        let (parent, weight) = match above {
+            Above::Union => (NONE, 0),
+            Above::Node(parent, is_first) => {
+                let above = &mut self.scene.nodes[parent as usize];
+                let is_taken_away = above.kind == Kind::Combined(SetOp::Difference) && !is_first;
+                if above.kind == Kind::Combined(SetOp::Intersect) {
+                    above.threshold += 1;
+                }
+                (parent, if is_taken_away { -1 } else { 1 })
             }
-            parent
-        } else {
-            NONE
         };
-        self.scene.nodes.push(Node { parent, kind });
-        index
+        let threshold = if kind == Kind::Combined(SetOp::Intersect) { 0 } else { 1 };
+        self.scene.nodes.push(Node { parent, weight, threshold, kind });
+        self.scene.nodes.len() as u32 - 1
     }
 }

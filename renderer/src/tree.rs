@@ -4,16 +4,20 @@
 //! spreads upward as far as it changes anything. All flips of a tie come before the root is looked
 //! at.
 
-use std::ops::Range;
+use std::convert::Infallible;
+use std::ops::ControlFlow;
 
+use crate::hierarchy::Pending;
 use crate::numeric::real::Real;
 use crate::object::SetOp;
-use crate::ray::{Crossing, Ray};
-use crate::scene::{NONE, Operands, Scene};
+use crate::ray::{Crossing, Ray, Reach};
+use crate::scene::{Kind, NONE, Node, Scene};
 
 /// Memory for sweeping, kept from ray to ray.
 #[derive(Debug)]
 pub(crate) struct Workspace<R> {
+    pending: Pending,
+    leaves: Vec<u32>,
     crossings: Vec<Crossing<R>>,
     states: Vec<State>,
     /// Number of the current tie; ties of all rays count on.
@@ -27,16 +31,19 @@ pub(crate) struct Workspace<R> {
 
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
-    /// Inside or outside; outside if the state is not of the current ray.
+    /// Sum of the weights of the operands that are true.
+    sum: i32,
     is_inside: bool,
     was_inside: bool,
-    /// The tie that last changed it.
+    /// The tie that last changed it; if it is not of the current ray, nothing of this holds.
     tie: u64,
 }
 
 impl<R: Real> Workspace<R> {
     pub(crate) fn new(scene: &Scene<R>) -> Self {
         Workspace {
+            pending: Pending::default(),
+            leaves: Vec::new(),
             crossings: Vec::new(),
             states: vec![State::default(); scene.nodes.len()],
             tie: 1,
@@ -56,13 +63,15 @@ impl<R: Real> Workspace<R> {
         state.tie == self.tie && state.is_inside != state.was_inside
     }
 
-    fn set(&mut self, node: u32, is_inside: bool) {
-        let was_inside = self.is_inside(node);
+    /// The state of a node, which is going to change.
+    fn state_mut(&mut self, node: u32) -> &mut State {
         let state = &mut self.states[node as usize];
-        if state.tie != self.tie {
-            *state = State { is_inside, was_inside, tie: self.tie };
+        if state.tie < self.first_tie {
+            *state = State { tie: self.tie, ..State::default() };
+        } else if state.tie != self.tie {
+            (state.was_inside, state.tie) = (state.is_inside, self.tie);
         }
-        state.is_inside = is_inside;
+        state
     }
 
     /// The `t` that all roots of this surface share, found first at `t`.
@@ -76,21 +85,35 @@ impl<R: Real> Workspace<R> {
 }
 
 impl<R: Real> Scene<R> {
-    /// Visits the boundaries of a tree ahead of the ray's origin, in order, until `visit` returns
-    /// true. Returns whether the origin is inside.
+    /// Visits the boundaries of a tree between the ray's origin and `t_end`, in order, until `visit`
+    /// returns true. Returns whether the origin is inside.
     pub(crate) fn sweep(
         &self,
         root: u32,
-        leaves: Range<u32>,
-        ray: &Ray<R>,
+        hierarchy: u32,
+        reach: &Reach<'_, R>,
         workspace: &mut Workspace<R>,
         mut visit: impl FnMut(Crossing<R>) -> bool,
     ) -> bool {
         workspace.tie += 1;
         workspace.first_tie = workspace.tie;
+        let mut leaves = std::mem::take(&mut workspace.leaves);
         let mut crossings = std::mem::take(&mut workspace.crossings);
+        leaves.clear();
         crossings.clear();
-        for leaf in leaves {
+        let Reach { ray, line, t_end } = reach;
+        let ControlFlow::Continue(()) = self.trees[hierarchy as usize].visit(
+            line,
+            *t_end,
+            &mut workspace.pending,
+            |leaf, _| {
+                leaves.push(leaf);
+                ControlFlow::<Infallible>::Continue(())
+            },
+        );
+        // The first leaf's root of a shared surface counts.
+        leaves.sort_unstable();
+        for &leaf in &leaves {
             self.collect(leaf, ray, workspace, &mut crossings);
         }
         crossings.sort_by(|a, b| a.t.to_f64().total_cmp(&b.t.to_f64()).then(a.leaf.cmp(&b.leaf)));
@@ -107,7 +130,7 @@ impl<R: Real> Scene<R> {
                 break;
             }
         }
-        workspace.crossings = crossings;
+        (workspace.leaves, workspace.crossings) = (leaves, crossings);
         starts_inside
     }
 
@@ -141,23 +164,21 @@ impl<R: Real> Scene<R> {
     fn spread(&self, node: u32, is_inside: bool, workspace: &mut Workspace<R>) {
         let (mut node, mut is_inside) = (node, is_inside);
         while node != NONE && workspace.is_inside(node) != is_inside {
-            workspace.set(node, is_inside);
-            node = self.nodes[node as usize].parent;
-            if node == NONE {
+            workspace.state_mut(node).is_inside = is_inside;
+            let Node { parent, weight, .. } = self.nodes[node as usize];
+            if parent == NONE {
                 break;
             }
-            let Operands::Both(op, [first, second]) = self.nodes[node as usize].kind else { break };
-            let (first, second) = (workspace.is_inside(first), workspace.is_inside(second));
-            is_inside = match op {
-                SetOp::Union => first || second,
-                SetOp::Intersect => first && second,
-                SetOp::Difference => first && !second,
-            };
+            let above = workspace.state_mut(parent);
+            above.sum += if is_inside { weight } else { -weight };
+            is_inside = above.sum >= self.nodes[parent as usize].threshold;
+            node = parent;
         }
     }
 
-    /// The crossing that supplies the surface where a tie has changed the root. If both operands
-    /// have changed, it is the second of a union, the first of an intersection, and the minuend.
+    /// The crossing that supplies the surface where a tie has changed the root. Of the operands that
+    /// have changed, it is the last of a union, and else the first: the second of two united, the
+    /// minuend, and the first to take something away.
     fn painter(
         &self,
         root: u32,
@@ -166,19 +187,31 @@ impl<R: Real> Scene<R> {
     ) -> Option<Crossing<R>> {
         let mut node = root;
         let leaf = loop {
-            match self.nodes[node as usize].kind {
-                Operands::Leaf(leaf) => break leaf,
-                Operands::Both(op, [first, second]) => {
-                    let takes_first = match op {
-                        SetOp::Union => !workspace.has_changed(second),
-                        SetOp::Intersect | SetOp::Difference => workspace.has_changed(first),
-                    };
-                    node = if takes_first { first } else { second };
-                }
-            }
+            let op = match self.nodes[node as usize].kind {
+                Kind::Leaf(leaf) => break leaf,
+                Kind::Combined(op) => op,
+            };
+            let changed = tie
+                .iter()
+                .filter_map(|crossing| self.operand_above(crossing.leaf, node))
+                .filter(|operand| workspace.has_changed(*operand));
+            node = if op == SetOp::Union { changed.max() } else { changed.min() }?;
         };
         // A leaf that is entered and left within the tie has not changed: one crossing is meant.
         let crossing = tie.iter().find(|crossing| crossing.leaf == leaf)?;
         Some(Crossing { entering: workspace.is_inside(root), ..*crossing })
+    }
+
+    /// The operand of a node that a leaf is part of, if it is of one.
+    fn operand_above(&self, leaf: u32, node: u32) -> Option<u32> {
+        let mut operand = self.leaves[leaf as usize].node;
+        while operand > node {
+            let parent = self.nodes[operand as usize].parent;
+            if parent == node {
+                return Some(operand);
+            }
+            operand = parent;
+        }
+        None
     }
 }

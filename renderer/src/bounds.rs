@@ -1,0 +1,157 @@
+//! Boxes around solids, in world space, and around the parts of a tree of set operations that matter.
+
+use crate::numeric::affine::Affine;
+use crate::numeric::real::Real;
+use crate::numeric::vec3::Vec3;
+use crate::object::{SetOp, ShapeKind};
+use crate::scene::{Kind, NONE, Node};
+
+/// A box with sides along the axes; it may be unbounded, and holds nothing if a lower end lies above
+/// its upper end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Bounds {
+    pub(crate) lo: [f64; 3],
+    pub(crate) hi: [f64; 3],
+}
+
+impl Bounds {
+    pub(crate) const ALL: Bounds = Bounds { lo: [f64::NEG_INFINITY; 3], hi: [f64::INFINITY; 3] };
+    pub(crate) const NOTHING: Bounds =
+        Bounds { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] };
+
+    pub(crate) fn is_empty(&self) -> bool {
+        (0..3).any(|axis| self.lo[axis] > self.hi[axis])
+    }
+
+    /// Larger by what `pad` says for its largest coordinate, at bounded ends.
+    pub(crate) fn padded(&self, pad: impl Fn(f64) -> f64) -> Bounds {
+        let ends = self.lo.iter().chain(&self.hi).filter(|end| end.is_finite());
+        let pad = pad(ends.fold(0.0, |size: f64, end| size.max(end.abs())));
+        if !pad.is_finite() {
+            return Bounds::ALL;
+        }
+        Bounds { lo: self.lo.map(|end| end - pad), hi: self.hi.map(|end| end + pad) }
+    }
+
+    /// The smallest box around both.
+    pub(crate) fn or(&self, other: &Bounds) -> Bounds {
+        Bounds {
+            lo: std::array::from_fn(|axis| self.lo[axis].min(other.lo[axis])),
+            hi: std::array::from_fn(|axis| self.hi[axis].max(other.hi[axis])),
+        }
+    }
+
+    /// What lies in both.
+    pub(crate) fn and(&self, other: &Bounds) -> Bounds {
+        Bounds {
+            lo: std::array::from_fn(|axis| self.lo[axis].max(other.lo[axis])),
+            hi: std::array::from_fn(|axis| self.hi[axis].min(other.hi[axis])),
+        }
+    }
+}
+
+/// The box around a shape, tight however it is turned, but for a few roundings.
+pub(crate) fn of_shape<R: Real>(
+    kind: ShapeKind,
+    world_from_object: &Affine<R>,
+    object_from_world: &Affine<R>,
+) -> Bounds {
+    if kind == ShapeKind::Plane {
+        return of_half_space(object_from_world);
+    }
+    let mut bounds = Bounds::ALL;
+    let shift = coordinates(world_from_object.shift);
+    for (axis, (row, shift)) in world_from_object.rows.iter().zip(shift).enumerate() {
+        let (below, above) = extent(kind, coordinates(*row));
+        let (lo, hi) = (shift + below, shift + above);
+        // Whatever is not a number bounds nothing.
+        if lo <= hi {
+            (bounds.lo[axis], bounds.hi[axis]) = (lo, hi);
+        }
+    }
+    bounds
+}
+
+fn coordinates<R: Real>(v: Vec3<R>) -> [f64; 3] {
+    [v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]
+}
+
+/// How far a shape reaches along the linear form with these coefficients.
+fn extent(kind: ShapeKind, [x, y, z]: [f64; 3]) -> (f64, f64) {
+    let around = (x * x + z * z).sqrt();
+    match kind {
+        ShapeKind::Sphere => {
+            let radius = (x * x + y * y + z * z).sqrt();
+            (-radius, radius)
+        }
+        ShapeKind::Cube => {
+            (x.min(0.0) + y.min(0.0) + z.min(0.0), x.max(0.0) + y.max(0.0) + z.max(0.0))
+        }
+        ShapeKind::Cylinder => (y.min(0.0) - around, y.max(0.0) + around),
+        // The apex, and the disc around (0, 1, 0).
+        ShapeKind::Cone => ((y - around).min(0.0), (y + around).max(0.0)),
+        ShapeKind::Plane => (f64::NEG_INFINITY, f64::INFINITY),
+    }
+}
+
+/// Half-spaces have a bound if they face along an axis.
+fn of_half_space<R: Real>(object_from_world: &Affine<R>) -> Bounds {
+    let mut bounds = Bounds::ALL;
+    let row = coordinates(object_from_world.rows[1]);
+    let shift = object_from_world.shift.y.to_f64();
+    for axis in 0..3 {
+        if (0..3).all(|other| (row[other] == 0.0) == (other != axis)) {
+            // row x + shift <= 0
+            let end = -shift / row[axis];
+            if row[axis] > 0.0 && end.is_finite() {
+                bounds.hi[axis] = end;
+            } else if end.is_finite() {
+                bounds.lo[axis] = end;
+            }
+        }
+    }
+    bounds
+}
+
+/// For the nodes of one tree, in preorder, where they matter: outside, their value makes no
+/// difference to the root's. A leaf that a ray does not meet there may be taken as not met at all.
+///
+/// Outside its bounds the root is false, whatever is left out, since every node is: a union as all
+/// its operands are, an intersection as one is, a difference as the minuend is. Inside, the same
+/// holds for each operand that is left out, so that all values are right.
+pub(crate) fn relevant(
+    nodes: &[Node],
+    first: u32,
+    bounds_of: impl Fn(u32) -> Bounds,
+) -> Vec<Bounds> {
+    let parent = |index: usize| {
+        (nodes[index].parent != NONE).then(|| (nodes[index].parent - first) as usize)
+    };
+    let mut bounds: Vec<Bounds> = nodes
+        .iter()
+        .map(|node| match node.kind {
+            Kind::Leaf(leaf) => bounds_of(leaf),
+            Kind::Combined(SetOp::Intersect) => Bounds::ALL,
+            Kind::Combined(SetOp::Union | SetOp::Difference) => Bounds::NOTHING,
+        })
+        .collect();
+    for index in (0..nodes.len()).rev() {
+        let Some(above) = parent(index) else { continue };
+        let own = bounds[index];
+        match nodes[above].kind {
+            Kind::Combined(SetOp::Union) => bounds[above] = bounds[above].or(&own),
+            Kind::Combined(SetOp::Intersect) => bounds[above] = bounds[above].and(&own),
+            Kind::Combined(SetOp::Difference) if nodes[index].weight > 0 => bounds[above] = own,
+            Kind::Combined(SetOp::Difference) | Kind::Leaf(_) => {}
+        }
+    }
+    for index in 0..nodes.len() {
+        if let Some(above) = parent(index) {
+            bounds[index] = bounds[index].and(&bounds[above]);
+        }
+    }
+    bounds
+}
+
+#[cfg(test)]
+mod tests;

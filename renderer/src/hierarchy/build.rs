@@ -1,0 +1,232 @@
+//! Building a hierarchy.
+
+use crate::bounds::Bounds;
+use crate::hierarchy::{Box32, Child, Hierarchy, MAX_DEPTH, MAX_ITEMS, Node};
+
+/// Bins that centres are sorted into along an axis.
+const N_BINS: usize = 16;
+
+/// Sets larger than this are built by two threads.
+const PARALLEL: usize = 4096;
+
+/// What testing the boxes of a node costs, in tests of an item.
+const NODE_COST: f32 = 0.25;
+
+/// A box to be placed.
+#[derive(Clone, Copy)]
+struct Item {
+    bounds: Box32,
+    number: u32,
+}
+
+impl Item {
+    /// Twice the centre.
+    fn centre(&self, axis: usize) -> f32 {
+        self.bounds.lo[axis] + self.bounds.hi[axis]
+    }
+}
+
+pub(super) fn build(boxes: impl Iterator<Item = (u32, Bounds)>) -> Hierarchy {
+    let mut hierarchy = Hierarchy::default();
+    let mut items = Vec::new();
+    for (number, bounds) in boxes {
+        let single = Box32::around(&bounds);
+        if bounds.is_empty() {
+            continue;
+        } else if single.is_finite() {
+            items.push(Item { bounds: single, number });
+        } else {
+            hierarchy.unbounded.push(number);
+        }
+    }
+    if items.is_empty() {
+        return hierarchy;
+    }
+    let root = subtree(&mut items, 0, 0);
+    hierarchy.nodes = root.nodes;
+    hierarchy.root = Some((root.bounds, root.child));
+    hierarchy.items = items.iter().map(|item| item.number).collect();
+    hierarchy
+}
+
+/// A part of the hierarchy, with node numbers of its own; its root is node 0 if it has nodes.
+struct Subtree {
+    nodes: Vec<Node>,
+    child: Child,
+    bounds: Box32,
+}
+
+/// Builds the subtree of items that begin at `first` in the whole list, and brings them in order.
+fn subtree(items: &mut [Item], first: u32, depth: usize) -> Subtree {
+    let bounds = items.iter().fold(Box32::NOTHING, |bounds, item| bounds.or(&item.bounds));
+    let split = if depth < MAX_DEPTH / 2 { best_split(items, &bounds) } else { None };
+    let is_large = items.len() > MAX_ITEMS;
+    let middle = match split {
+        Some(split) if is_large || split.cost < items.len() as f32 => partition(items, split),
+        _ if is_large => halve(items),
+        _ => {
+            let child = Child { first, n_items: items.len() as u32 };
+            return Subtree { nodes: Vec::new(), child, bounds };
+        }
+    };
+    let is_parallel = items.len() > PARALLEL;
+    let (left, right) = items.split_at_mut(middle);
+    let mut build_left = || subtree(left, first, depth + 1);
+    let mut build_right = || subtree(right, first + middle as u32, depth + 1);
+    let halves = if is_parallel {
+        rayon::join(build_left, build_right)
+    } else {
+        (build_left(), build_right())
+    };
+    join(halves.into(), bounds)
+}
+
+fn join(halves: [Subtree; 2], bounds: Box32) -> Subtree {
+    let boxes = [halves[0].bounds, halves[1].bounds];
+    let mut nodes =
+        Vec::with_capacity(1 + halves.iter().map(|half| half.nodes.len()).sum::<usize>());
+    nodes.push(Node { boxes, children: [halves[0].child, halves[1].child] });
+    for (side, half) in halves.into_iter().enumerate() {
+        let offset = nodes.len() as u32;
+        nodes[0].children[side] = half.child.moved(offset);
+        nodes.extend(
+            half.nodes.into_iter().map(|node| Node {
+                children: node.children.map(|child| child.moved(offset)),
+                ..node
+            }),
+        );
+    }
+    Subtree { nodes, child: Child { first: 0, n_items: 0 }, bounds }
+}
+
+impl Child {
+    /// The same when its node has got a number higher by `offset`.
+    fn moved(self, offset: u32) -> Child {
+        let is_node = self.n_items == 0;
+        Child { first: self.first + if is_node { offset } else { 0 }, ..self }
+    }
+}
+
+/// Puts the first half of the items, by their centres on the longest axis, first.
+fn halve(items: &mut [Item]) -> usize {
+    let centres = centre_bounds(items);
+    let length = |axis: usize| centres.hi[axis] - centres.lo[axis];
+    let axis = (0..3).max_by(|&a, &b| length(a).total_cmp(&length(b))).unwrap_or(0);
+    let middle = items.len() / 2;
+    items.select_nth_unstable_by(middle, |a, b| a.centre(axis).total_cmp(&b.centre(axis)));
+    middle
+}
+
+/// Centres below the end of a bin, and the others.
+struct Split {
+    binning: Binning,
+    end_bin: usize,
+    /// Expected tests of items.
+    cost: f32,
+}
+
+/// How centres are sorted into bins.
+#[derive(Clone, Copy)]
+struct Binning {
+    axis: usize,
+    start: f32,
+    scale: f32,
+}
+
+impl Binning {
+    fn bin(&self, item: &Item) -> usize {
+        let bin = ((item.centre(self.axis) - self.start) * self.scale) as usize;
+        bin.min(N_BINS - 1)
+    }
+}
+
+fn partition(items: &mut [Item], split: Split) -> usize {
+    let mut middle = 0;
+    for idx in 0..items.len() {
+        if split.binning.bin(&items[idx]) < split.end_bin {
+            items.swap(idx, middle);
+            middle += 1;
+        }
+    }
+    middle
+}
+
+/// The split that costs least; none if all centres are the same.
+fn best_split(items: &[Item], bounds: &Box32) -> Option<Split> {
+    let centres = centre_bounds(items);
+    let axes = (0..3).filter_map(|axis| {
+        let scale = N_BINS as f32 / (centres.hi[axis] - centres.lo[axis]);
+        let binning = Binning { axis, start: centres.lo[axis], scale };
+        (scale.is_finite() && scale > 0.0).then(|| best_on_axis(items, bounds, binning))?
+    });
+    axes.min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+fn best_on_axis(items: &[Item], bounds: &Box32, binning: Binning) -> Option<Split> {
+    let mut bins = [(Box32::NOTHING, 0_u32); N_BINS];
+    for item in items {
+        let (bounds, n_items) = &mut bins[binning.bin(item)];
+        *bounds = bounds.or(&item.bounds);
+        *n_items += 1;
+    }
+    // The cost of what lies in the bins before each.
+    let mut before = [0.0; N_BINS];
+    let mut so_far = (Box32::NOTHING, 0_u32);
+    for (idx, bin) in bins.iter().enumerate() {
+        before[idx] = so_far.0.half_area() * so_far.1 as f32;
+        so_far = (so_far.0.or(&bin.0), so_far.1 + bin.1);
+    }
+    let mut best: Option<Split> = None;
+    let mut so_far = (Box32::NOTHING, 0_u32);
+    for idx in (1..N_BINS).rev() {
+        so_far = (so_far.0.or(&bins[idx].0), so_far.1 + bins[idx].1);
+        let is_split = so_far.1 > 0 && so_far.1 < items.len() as u32;
+        let area = before[idx] + so_far.0.half_area() * so_far.1 as f32;
+        let cost = NODE_COST + area / bounds.half_area();
+        if is_split && best.as_ref().is_none_or(|best| cost < best.cost) {
+            best = Some(Split { binning, end_bin: idx, cost });
+        }
+    }
+    best
+}
+
+fn centre_bounds(items: &[Item]) -> Box32 {
+    let mut centres = Box32::NOTHING;
+    for item in items {
+        let centre = [0, 1, 2].map(|axis| item.centre(axis));
+        centres = centres.or(&Box32 { lo: centre, hi: centre });
+    }
+    centres
+}
+
+impl Box32 {
+    /// Around nothing.
+    const NOTHING: Box32 = Box32 { lo: [f32::INFINITY; 3], hi: [f32::NEG_INFINITY; 3] };
+
+    /// Rounded outward.
+    pub(super) fn around(bounds: &Bounds) -> Box32 {
+        let down = |x: f64| {
+            let single = x as f32;
+            if f64::from(single) > x { single.next_down() } else { single }
+        };
+        Box32 { lo: bounds.lo.map(down), hi: bounds.hi.map(|x| -down(-x)) }
+    }
+
+    /// Finite, with finite centres and areas.
+    fn is_finite(&self) -> bool {
+        const LARGE: f32 = 1e18;
+        self.lo.iter().chain(&self.hi).all(|end| end.abs() < LARGE)
+    }
+
+    fn or(&self, other: &Box32) -> Box32 {
+        Box32 {
+            lo: std::array::from_fn(|axis| self.lo[axis].min(other.lo[axis])),
+            hi: std::array::from_fn(|axis| self.hi[axis].max(other.hi[axis])),
+        }
+    }
+
+    fn half_area(&self) -> f32 {
+        let [x, y, z] = std::array::from_fn(|axis| (self.hi[axis] - self.lo[axis]).max(0.0));
+        x * y + y * z + z * x
+    }
+}

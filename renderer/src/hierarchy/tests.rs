@@ -1,0 +1,185 @@
+use std::convert::Infallible;
+
+use super::*;
+use crate::numeric::vec3::Vec3;
+use crate::ray::{Conditioning, Medium, Ray};
+
+/// Numbers in [0, 1), the same in every run (Steele, Lea and Flood, "Fast splittable pseudorandom
+/// number generators", 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ z >> 31) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn triple(&mut self, size: f64) -> [f64; 3] {
+        [0, 1, 2].map(|_| (self.next() - 0.5) * size)
+    }
+
+    fn line(&mut self) -> Line {
+        let dir = self.triple(1.0).map(|d| if d.abs() < 0.05 { 0.0 } else { d });
+        let ray = Ray {
+            origin: Vec3::from_f64s(self.triple(20.0)),
+            dir: Vec3::from_f64s(dir),
+            on: None,
+            medium: Medium::Unknown,
+        };
+        Line::new::<f64>(&ray, Conditioning { linear: 1.0, shift: 0.0 })
+    }
+
+    fn boxes(&mut self, n: usize) -> Vec<Bounds> {
+        let mut make = || {
+            let size = 4.0 * self.next().powi(4);
+            let lo = self.triple(20.0);
+            Bounds { lo, hi: lo.map(|x| x + size * self.next()) }
+        };
+        (0..n).map(|_| make()).collect()
+    }
+}
+
+fn hierarchy(boxes: &[Bounds]) -> Hierarchy {
+    Hierarchy::new((0..).zip(boxes.iter().copied()))
+}
+
+fn visited(hierarchy: &Hierarchy, line: &Line, t_end: f64) -> Vec<u32> {
+    let mut items = Vec::new();
+    let ControlFlow::Continue(()) =
+        hierarchy.visit(line, t_end, &mut Pending::default(), |item, _| {
+            items.push(item);
+            ControlFlow::<Infallible>::Continue(())
+        });
+    items.sort_unstable();
+    items
+}
+
+/// Where a line enters a box that has not been rounded.
+fn enters(line: &Line, bounds: &Bounds) -> Option<f64> {
+    line.enters(&bounds.lo.map(|x| x as f32), &bounds.hi.map(|x| x as f32), f64::INFINITY)
+}
+
+#[test]
+fn all_boxes_that_a_ray_meets_are_visited_once() {
+    let mut random = Random(1);
+    for n in [0, 1, 2, 5, 17, 300, 6000] {
+        let boxes = random.boxes(n);
+        let hierarchy = hierarchy(&boxes);
+        let mut n_visited = 0;
+        for _ in 0..100 {
+            let line = random.line();
+            let found = visited(&hierarchy, &line, f64::INFINITY);
+            assert!(found.is_sorted_by(|a, b| a < b), "{n}: an item is visited twice");
+            for (number, bounds) in (0..).zip(&boxes) {
+                let is_met = enters(&line, bounds).is_some();
+                assert!(!is_met || found.binary_search(&number).is_ok(), "{n}: {bounds:?}");
+            }
+            n_visited += found.len();
+        }
+        assert!(n < 300 || n_visited < n * 10, "{n_visited} visits are no better than {n} tests");
+    }
+}
+
+#[test]
+fn the_nearest_is_found_without_visiting_what_is_behind_it() {
+    let mut random = Random(2);
+    let boxes = random.boxes(3000);
+    let hierarchy = hierarchy(&boxes);
+    let (mut n_nearest, mut n_all) = (0, 0);
+    for _ in 0..300 {
+        let line = random.line();
+        let expected = boxes.iter().filter_map(|bounds| enters(&line, bounds)).reduce(f64::min);
+        let mut nearest: Option<f64> = None;
+        let ControlFlow::Continue(()) =
+            hierarchy.visit(&line, f64::INFINITY, &mut Pending::default(), |item, t_end| {
+                n_nearest += 1;
+                if let Some(t) = enters(&line, &boxes[item as usize]) {
+                    nearest = Some(nearest.map_or(t, |nearest| nearest.min(t)));
+                    *t_end = t_end.min(t);
+                }
+                ControlFlow::<Infallible>::Continue(())
+            });
+        assert_eq!(nearest, expected);
+        n_all += visited(&hierarchy, &line, f64::INFINITY).len();
+    }
+    assert!(n_nearest * 3 < n_all * 2, "{n_nearest} of {n_all}");
+}
+
+#[test]
+fn boxes_are_rounded_outward() {
+    for bounds in Random(6).boxes(1000) {
+        let Box32 { lo, hi } = Box32::around(&bounds);
+        for axis in 0..3 {
+            let (lo, hi) = (f64::from(lo[axis]), f64::from(hi[axis]));
+            assert!(lo <= bounds.lo[axis] && bounds.lo[axis] - lo < 1e-5, "{bounds:?}");
+            assert!(hi >= bounds.hi[axis] && hi - bounds.hi[axis] < 1e-5, "{bounds:?}");
+        }
+    }
+}
+
+#[test]
+fn a_visit_ends_when_told_to() {
+    let hierarchy = hierarchy(&Random(3).boxes(1000));
+    let line = Random(4).line();
+    let mut n_visits = 0;
+    let ended = hierarchy.visit(&line, f64::INFINITY, &mut Pending::default(), |_, _| {
+        n_visits += 1;
+        ControlFlow::Break(())
+    });
+    assert!(ended.is_break() && n_visits == 1);
+}
+
+#[test]
+fn unbounded_boxes_are_always_visited_and_empty_ones_never() {
+    let unit = Bounds { lo: [0.0; 3], hi: [1.0; 3] };
+    let boxes = [
+        Bounds::ALL,
+        Bounds::NOTHING,
+        Bounds { lo: [f64::NAN; 3], ..unit },
+        Bounds { hi: [1.0, f64::INFINITY, 1.0], ..unit },
+        Bounds { hi: [1.0, 1e300, 1.0], ..unit },
+        Bounds { lo: [0.0, 2.0, 0.0], ..unit },
+    ];
+    let away = Line::new::<f64>(
+        &Ray {
+            origin: Vec3::from_f64s([5.0, 5.0, 5.0]),
+            dir: Vec3::from_f64s([1.0, 0.0, 0.0]),
+            on: None,
+            medium: Medium::Unknown,
+        },
+        Conditioning::default(),
+    );
+    assert_eq!(visited(&hierarchy(&boxes), &away, f64::INFINITY), [0, 2, 3, 4]);
+}
+
+#[test]
+fn a_hundred_thousand_boxes_in_one_place_make_no_deep_hierarchy() {
+    let unit = Bounds { lo: [0.0; 3], hi: [1.0; 3] };
+    let mut boxes = vec![unit; 100_000];
+    // Each half as far away as the one before: splits by area alone would be as deep as these are
+    // many.
+    boxes.extend((0..60).map(|k| {
+        let far = 0.5_f64.powi(k);
+        Bounds { lo: [far; 3], hi: [far * 1.01; 3] }
+    }));
+    let hierarchy = hierarchy(&boxes);
+    let through = Line::new::<f64>(
+        &Ray {
+            origin: Vec3::from_f64s([-1.0, -1.0, -1.0]),
+            dir: Vec3::from_f64s([1.0, 1.0, 1.0]),
+            on: None,
+            medium: Medium::Unknown,
+        },
+        Conditioning::default(),
+    );
+    assert_eq!(visited(&hierarchy, &through, f64::INFINITY).len(), boxes.len());
+}
+
+#[test]
+fn a_box_takes_less_than_80_bytes() {
+    let boxes = Random(5).boxes(20_000);
+    assert!(hierarchy(&boxes).n_bytes() < 80 * boxes.len());
+}
