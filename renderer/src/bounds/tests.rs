@@ -1,3 +1,5 @@
+//! Boxes hold their shapes, tightly, and what they leave out of a tree makes no difference.
+
 use super::*;
 use crate::numeric::vec3::Vec3;
 use crate::object::TransformOp;

@@ -1,3 +1,5 @@
+//! A hierarchy against testing every box.
+
 use std::convert::Infallible;
 
 use super::*;
