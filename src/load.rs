@@ -44,7 +44,7 @@ impl<'a> Source<'a> {
         reporter: &Reporter,
     ) -> Result<Self, Failure> {
         let start = Instant::now();
-        let bytes = if is_stdin(path) { at_most(io::stdin().lock()) } else { read_file(path) };
+        let bytes = if is_stdio(path) { at_most(io::stdin().lock()) } else { read_file(path) };
         let bytes = bytes.map_err(|error| {
             let name = path.display().to_string();
             Failure::Usage(format!("cannot read `{}`: {}", clean(&name), console::reason(&error)))
@@ -80,14 +80,12 @@ impl<'a> Source<'a> {
 
     /// File, line and column of a span, as messages show them.
     pub(crate) fn place(&self, span: Span) -> String {
-        self.sources.file_of(span).map_or_else(String::new, |file| {
-            format!("{}:{}", clean(&file.name), file.line_column(span))
-        })
+        place(&self.sources, span)
     }
 
     /// What finds the files that this scene includes.
     pub(crate) fn includes(&self) -> FileIncludes<'a> {
-        let directory = if is_stdin(self.path) { None } else { self.path.parent() };
+        let directory = if is_stdio(self.path) { None } else { self.path.parent() };
         let directory = directory.unwrap_or(Path::new("")).to_owned();
         FileIncludes {
             directories: HashMap::from([(shown_name(self.path), directory)]),
@@ -131,13 +129,20 @@ impl Includes for FileIncludes<'_> {
     }
 }
 
+/// File, line and column of a span, as messages show them.
+pub(crate) fn place(sources: &SourceMap, span: Span) -> String {
+    sources.file_of(span).map_or_else(String::new, |file| {
+        format!("{}:{}", clean(&file.name), file.line_column(span))
+    })
+}
+
 /// Whether a path on the command line stands for a standard stream.
-pub(crate) fn is_stdin(path: &Path) -> bool {
+pub(crate) fn is_stdio(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
 fn shown_name(path: &Path) -> String {
-    if is_stdin(path) { STDIN_NAME.to_owned() } else { path.display().to_string() }
+    if is_stdio(path) { STDIN_NAME.to_owned() } else { path.display().to_string() }
 }
 
 /// The whole file; of a file that is too long, enough to tell.

@@ -14,6 +14,7 @@ mod crash;
 mod driver;
 mod failure;
 mod formats;
+mod listing;
 mod load;
 mod output;
 mod report;

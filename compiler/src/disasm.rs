@@ -15,28 +15,39 @@ pub fn function(program: &Program, index: u32, sources: &SourceMap) -> String {
     let function = &program.functions[index as usize];
     let mut text = heading(program, index, sources);
     let mut shown = None;
-    for (pc, insn) in function.code.iter().enumerate() {
-        let span = function.origins[pc].span;
-        if let Some(line) = source_line(sources, span)
+    for (pc, origin) in function.origins.iter().enumerate() {
+        if let Some(line) = source_line(sources, origin.span)
             && shown.as_ref() != Some(&line)
         {
             let _ = writeln!(text, "  {line}");
             shown = Some(line);
         }
-        let fields = fields(program, function, pc, insn);
-        let listed = format!("    {pc:04}  {:<17} {fields}", insn.op.mnemonic());
-        let _ = writeln!(text, "{:<56} ; {}", listed.trim_end(), place(sources, span));
+        let listed = format!("    {pc:04}  {}", instruction(program, index, pc));
+        let _ = writeln!(text, "{listed:<56} ; {}", place(sources, origin.span));
     }
     text
+}
+
+/// One instruction of a function.
+#[must_use]
+pub fn instruction(program: &Program, index: u32, pc: usize) -> String {
+    let function = &program.functions[index as usize];
+    let insn = &function.code[pc];
+    let fields = fields(program, function, pc, insn);
+    format!("{:<17} {fields}", insn.op.mnemonic()).trim_end().to_owned()
 }
 
 /// The listings of all functions, the main program first.
 #[must_use]
 pub fn program(program: &Program, sources: &SourceMap) -> String {
-    let listings: Vec<_> = (0..program.functions.len() as u32)
-        .rev()
-        .map(|index| function(program, index, sources))
-        .collect();
+    let all: Vec<u32> = (0..program.functions.len() as u32).rev().collect();
+    functions(program, &all, sources)
+}
+
+/// The listings of some functions.
+#[must_use]
+pub fn functions(program: &Program, indices: &[u32], sources: &SourceMap) -> String {
+    let listings: Vec<_> = indices.iter().map(|index| function(program, *index, sources)).collect();
     listings.join("\n")
 }
 
@@ -65,7 +76,9 @@ fn heading(program: &Program, index: u32, sources: &SourceMap) -> String {
     text
 }
 
-fn source_line(sources: &SourceMap, span: Span) -> Option<String> {
+/// The source line where a span starts, behind its number; none where there is no source.
+#[must_use]
+pub fn source_line(sources: &SourceMap, span: Span) -> Option<String> {
     let file = sources.file_of(span)?;
     let line = file.line_column(span).line;
     Some(format!("{line:>4} | {}", file.line(line)?.trim_end()))

@@ -17,6 +17,7 @@ use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
 use crate::sir::{FACE, Shader, U, V};
 use crate::specialize::specialize;
+use crate::text::Text;
 use crate::unsupported::Unsupported;
 
 /// When surface functions are compiled.
@@ -39,7 +40,7 @@ const MAX_VARIANTS: usize = 16;
 const MIN_MEMORY: u64 = 64 << 20;
 
 /// How a surface function is evaluated.
-enum Tier {
+pub(crate) enum Tier {
     Constant(SurfaceSample),
     Native(Native),
     Interpreted(Unsupported),
@@ -75,10 +76,10 @@ pub struct SurfaceReport {
 
 /// The shaders of one render job, shared by its threads.
 pub struct Shaders<'p> {
-    program: &'p Arc<LoadedProgram>,
-    surfaces: &'p [Arc<Closure>],
+    pub(crate) program: &'p Arc<LoadedProgram>,
+    pub(crate) surfaces: &'p [Arc<Closure>],
     limits: Limits,
-    tiers: Vec<OnceLock<Tier>>,
+    pub(crate) tiers: Vec<OnceLock<Tier>>,
     /// Calls by interpretation, by function.
     calls: Vec<AtomicU32>,
     cache: Mutex<Cache>,
@@ -91,7 +92,7 @@ struct Cache {
 }
 
 /// What specializing a closure gave.
-enum Compiled {
+pub(crate) enum Compiled {
     /// Its results depend on uniforms at most.
     Constant,
     Native {
@@ -192,7 +193,7 @@ impl<'p> Shaders<'p> {
     }
 
     /// The outline of a closure and the place for what it compiles to.
-    fn cell(
+    pub(crate) fn cell(
         &self,
         closure: &Arc<Closure>,
     ) -> (Outline, Arc<OnceLock<Result<Compiled, Unsupported>>>) {
@@ -216,16 +217,25 @@ impl<'p> Shaders<'p> {
         if is_constant(&shader) {
             return Ok(Compiled::Constant);
         }
-        let Some(isa) = isa() else {
-            return Err(self.declined(outline, "there is no code generator for this processor"));
-        };
-        let code = Code::compile(&shader, &isa).map_err(|error| self.declined(outline, &error))?;
+        let code = self.code(outline, &shader, None)?;
         Ok(Compiled::Native {
             code: Arc::new(code),
             n_uniforms: shader.n_uniforms,
             cost: shader.cost,
             depth: shader.depth,
         })
+    }
+
+    pub(crate) fn code(
+        &self,
+        outline: &Outline,
+        shader: &Shader,
+        text: Option<&mut Text>,
+    ) -> Result<Code, Unsupported> {
+        let Some(isa) = isa() else {
+            return Err(self.declined(outline, "there is no code generator for this processor"));
+        };
+        Code::compile(shader, &isa, text).map_err(|error| self.declined(outline, &error))
     }
 
     fn declined(&self, outline: &Outline, reason: &str) -> Unsupported {
