@@ -159,6 +159,9 @@ pub(crate) struct RunArgs {
     /// How surface functions are evaluated
     #[arg(long, value_name = "ENGINE", default_value = "auto", help_heading = "Engine")]
     pub(crate) engine: Engine,
+    /// Write /tmp/perf-PID.map, by which the profiler `perf` names machine code
+    #[arg(long, help_heading = "Engine")]
+    pub(crate) perf_map: bool,
 
     /// The rules of shading: of 2000, of 2003, or by whether `render` gets an attenuation point
     #[arg(long, value_name = "DIALECT", default_value = "auto", help_heading = "Picture")]

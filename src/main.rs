@@ -17,6 +17,7 @@ mod formats;
 mod listing;
 mod load;
 mod output;
+mod perf;
 mod report;
 mod run;
 mod trace;

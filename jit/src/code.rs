@@ -113,6 +113,11 @@ impl Code {
         Ok(Code { entry, _tables: tables, _memory: memory, n_bytes })
     }
 
+    /// Where the code starts.
+    pub(crate) fn address(&self) -> usize {
+        self.entry as usize
+    }
+
     /// Calls the shader; none if the interpreter must do it. `uniforms` are as many as the shader
     /// was compiled for.
     #[inline]

@@ -74,6 +74,20 @@ pub struct SurfaceReport {
     pub evaluation: Evaluation,
 }
 
+/// A piece of machine code that has been made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// The source text of the surface function.
+    pub span: Span,
+    /// Where the code starts.
+    pub address: usize,
+    /// Its length in bytes.
+    pub n_bytes: usize,
+}
+
+/// Is told of each piece of machine code once it is made, by the thread that made it.
+pub type Observer<'o> = &'o (dyn Fn(Region) + Sync);
+
 /// The shaders of one render job, shared by its threads.
 pub struct Shaders<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
@@ -83,6 +97,7 @@ pub struct Shaders<'p> {
     /// Calls by interpretation, by function.
     calls: Vec<AtomicU32>,
     cache: Mutex<Cache>,
+    observer: Option<Observer<'p>>,
 }
 
 #[derive(Default)]
@@ -112,6 +127,18 @@ impl<'p> Shaders<'p> {
         limits: Limits,
         tiering: Tiering,
     ) -> Self {
+        Shaders::observed(program, surfaces, limits, tiering, None)
+    }
+
+    /// As [`Shaders::new`], with somebody who is told of the code.
+    #[must_use]
+    pub fn observed(
+        program: &'p Arc<LoadedProgram>,
+        surfaces: &'p [Arc<Closure>],
+        limits: Limits,
+        tiering: Tiering,
+        observer: Option<Observer<'p>>,
+    ) -> Self {
         let shaders = Shaders {
             program,
             surfaces,
@@ -119,6 +146,7 @@ impl<'p> Shaders<'p> {
             tiers: surfaces.iter().map(|_| OnceLock::new()).collect(),
             calls: program.bytecode.functions.iter().map(|_| AtomicU32::new(0)).collect(),
             cache: Mutex::default(),
+            observer,
         };
         if tiering == Tiering::Eager {
             let mut interpreter = InterpSurfaces::new(program, surfaces, limits);
@@ -218,6 +246,10 @@ impl<'p> Shaders<'p> {
             return Ok(Compiled::Constant);
         }
         let code = self.code(outline, &shader, None)?;
+        if let Some(observer) = self.observer {
+            let span = self.span(outline);
+            observer(Region { span, address: code.address(), n_bytes: code.n_bytes });
+        }
         Ok(Compiled::Native {
             code: Arc::new(code),
             n_uniforms: shader.n_uniforms,
@@ -239,8 +271,11 @@ impl<'p> Shaders<'p> {
     }
 
     fn declined(&self, outline: &Outline, reason: &str) -> Unsupported {
-        let span = self.program.bytecode.functions[outline.function as usize].span;
-        Unsupported { span, reason: reason.to_owned() }
+        Unsupported { span: self.span(outline), reason: reason.to_owned() }
+    }
+
+    fn span(&self, outline: &Outline) -> Span {
+        self.program.bytecode.functions[outline.function as usize].span
     }
 
     /// Fuel for rounds of loops; what runs once has been checked.

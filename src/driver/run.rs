@@ -13,6 +13,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::listing::numbered;
 use crate::load::Source;
+use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::Renders;
 use crate::run::stats::{Counts, Phases, seconds};
@@ -30,6 +31,9 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
         instructions: functions.iter().map(|function| function.code.len()).sum(),
         ..Counts::default()
     };
+    if args.perf_map {
+        host.perf_map = Some(PerfMap::create(&program.bytecode, &source.sources)?);
+    }
     let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);
     host.stats.phases = Phases {
         read: seconds(source.read_time),
@@ -47,6 +51,7 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
             None => source.stopped(error.into_diagnostic(), reporter),
         });
     }
+    host.perf_map.take().map_or(Ok(()), PerfMap::finish)?;
     write_stats(args, host)?;
     Ok(0)
 }
