@@ -59,6 +59,15 @@ impl<'a> Source<'a> {
         Ok(Source { sources, root, read_time: start.elapsed(), path, inputs })
     }
 
+    /// The same scene, as it is before anything is done with it.
+    pub(crate) fn afresh(&self) -> Source<'a> {
+        let root = self.sources.file(self.root);
+        let mut sources = SourceMap::default();
+        let file = sources.add(&root.name, root.text.clone().into_bytes());
+        let root = file.expect("it was not too long before");
+        Source { sources, root, ..*self }
+    }
+
     /// Compiles the scene.
     ///
     /// # Errors
@@ -96,10 +105,8 @@ impl<'a> Source<'a> {
     /// The tree, read anew: while a program runs it is not kept. Its files take the same addresses,
     /// so its spans are good for the first reading too.
     fn tree_again(&self) -> Option<Body> {
-        let root = self.sources.file(self.root);
-        let mut sources = SourceMap::default();
-        let file = sources.add(&root.name, root.text.clone().into_bytes()).ok()?;
-        compiler::parse(&mut sources, file, &mut self.includes()).ok()
+        let Source { mut sources, root, .. } = self.afresh();
+        compiler::parse(&mut sources, root, &mut self.includes()).ok()
     }
 }
 

@@ -1,8 +1,12 @@
 //! `gmlvm disasm` on surface functions: what they were compiled to, and where that comes from.
 
+use std::collections::BTreeSet;
+
 use support::gmlvm::Sandbox;
 
 mod support {
+    #[allow(dead_code, reason = "each test takes its part")]
+    pub(crate) mod generator;
     #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod gmlvm;
 }
@@ -90,6 +94,47 @@ fn machine_code_is_listed_beside_its_source() {
     assert_eq!(text, show(&sandbox, &["--emit", "asm", "--surface", "2"]));
 }
 
+/// Every byte of random functions decodes to an instruction or a table, and every jump leads to a
+/// label.
+#[test]
+fn all_machine_code_is_understood() {
+    if !cfg!(target_arch = "x86_64") {
+        return;
+    }
+    let sandbox = Sandbox::new();
+    let (mut n_lines, mut n_tables) = (0, 0);
+    for seed in 0..60 {
+        let function = support::generator::program(seed);
+        let scene =
+            format!("{function} /s 0.5 0.5 0.5 point [] s sphere 1 90.0 2 2 \"a.ppm\" render\n");
+        let ended = sandbox.run_with(&["disasm", "-", "--emit", "asm"], scene.as_bytes());
+        let Some((_, code)) = ended.text().split_once("\nasm:\n") else { continue };
+        let (mut used, mut defined) = (BTreeSet::new(), BTreeSet::new());
+        let mut last_offset = None;
+        for line in code.lines() {
+            let text = line.split(" ; ").next().expect("a part").trim();
+            if let Some(label) = text.strip_suffix(':') {
+                assert!(defined.insert(label), "{code}");
+                continue;
+            }
+            let Some((offset, text)) = text.split_once("      ") else { continue };
+            let offset = u32::from_str_radix(offset, 16).expect("an offset");
+            assert!(last_offset.is_none_or(|last| last < offset), "{code}");
+            assert!(!text.contains("(bad)"), "{code}");
+            last_offset = Some(offset);
+            n_lines += 1;
+            n_tables += usize::from(text.starts_with("table "));
+            let words = text.split([' ', ',']);
+            let is_label = |word: &&str| {
+                word.strip_prefix('L').is_some_and(|number| number.parse::<u32>().is_ok())
+            };
+            used.extend(words.filter(is_label));
+        }
+        assert_eq!(used, defined, "{code}");
+    }
+    assert!(n_lines > 1000 && n_tables > 2, "{n_lines} lines, {n_tables} tables");
+}
+
 #[test]
 fn listings_are_of_what_is_asked_for() {
     let sandbox = sandbox();
@@ -104,6 +149,9 @@ fn listings_are_of_what_is_asked_for() {
     assert_eq!(by_name, surface);
     let all = show(&sandbox, &["--emit", "tokens,bytecode,clif,asm"]);
     assert!(all.contains("binder         /share") && all.contains(&surface), "{all}");
+    let args = ["disasm", "-", "--emit", "tokens,bytecode,clif,asm"];
+    let from_stdin = sandbox.run_with(&args, SCENE.as_bytes());
+    assert_eq!(from_stdin.text().replace("<stdin>", "s.gml"), all);
     for args in [&["--surface", "6"][..], &["--function", "none"], &["--function", "99"]] {
         let ended = sandbox.run(&[&["disasm", "s.gml"], args].concat());
         assert_eq!(ended.code, 2, "{args:?}");

@@ -39,9 +39,11 @@ pub(super) fn disasm(args: &DisasmArgs, reporter: &Reporter) -> Result<u8, Failu
         page(args, path, reporter)?;
         return Ok(0);
     }
+    let scene = Source::read(&args.scene, &args.inputs, reporter)?;
     let mut listings = Vec::new();
     for (stage, of_surfaces) in stages(args) {
-        let mut source = Source::read(&args.scene, &args.inputs, reporter)?;
+        // Each stage adds the files that it includes.
+        let mut source = scene.afresh();
         let listing = match stage {
             _ if !of_surfaces.is_empty() => {
                 let (program, selection) = program(args, &mut source, reporter)?;
