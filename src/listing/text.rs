@@ -9,7 +9,7 @@ use jit::listing::{Line, Listing, Native, Outcome, Site};
 use renderer::surface::SurfaceSample;
 
 use crate::args::Stage;
-use crate::clean::clean;
+use crate::clean::{clean, clean_lines, shortened};
 use crate::listing::{Surfaces, known_results, needs, numbered};
 use crate::load::place;
 
@@ -34,7 +34,7 @@ pub(crate) fn write(
             (Stage::Bytecode, _) => {
                 for function in listing.functions.iter().rev() {
                     let text = disasm::function(program, *function, sources);
-                    write!(out, "\n{}", crate::clean::clean_lines(&text))?;
+                    write!(out, "\n{}", clean_lines(&text))?;
                 }
             }
             (Stage::Clif, Outcome::Native(Native { clif, .. })) => {
@@ -115,7 +115,7 @@ fn lines(
         if let Some(source) = disasm::source_line(sources, span)
             && shown.as_ref() != Some(&source)
         {
-            writeln!(out, "  {}", clean(&source))?;
+            writeln!(out, "  {}", shortened(&clean(&source)))?;
             shown = Some(source);
         }
         let offset = line.offset.map_or(String::new(), |offset| format!("{offset:04x}"));

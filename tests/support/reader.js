@@ -7,7 +7,7 @@ const find = (pane, part) => [...document.querySelectorAll(`#${pane} .row`)]
   .find((row) => row.textContent.includes(part));
 const over = (row) => row.querySelector("code").dispatchEvent(new MouseEvent("mouseover", { bubbles: true }));
 const press = (key) => document.activeElement.dispatchEvent(new KeyboardEvent("keydown", { key, bubbles: true }));
-const seen = { title: document.title, images: document.images.length };
+const seen = { title: document.title, layout: getComputedStyle(document.body).display, images: document.images.length };
 over(find("source", "u v mulf"));
 seen.source = lit();
 over(find("asm", "mulsd"));

@@ -71,7 +71,7 @@ function show(surface) {
   const used = new Set([...bytecode, ...clif, ...asm].map((line) => line.dataset.line).filter(Boolean));
   fill("source", sourceRows(used), "There is no source text.");
   fill("bytecode", bytecode, "");
-  fill("clif", clif, "There is no code for this surface: it is " + surface.outcome + ".");
+  fill("clif", clif, "There is no code for this surface.");
   fill("asm", asm, "There is no code for this surface.");
   const first = byId("source").querySelector(".linked");
   if (first) scrollTo(byId("source"), first);
@@ -160,5 +160,10 @@ const select = byId("surface");
 select.append(...data.surfaces.map((surface, index) => new Option(surface.name, String(index))));
 select.addEventListener("change", () => show(data.surfaces[select.value]));
 byId("hidden").textContent = data.hidden;
-if (data.surfaces.length > 0) show(data.surfaces[0]);
-else fill("source", [], "This program renders no surfaces.");
+if (data.surfaces.length > 0) {
+  const first = data.surfaces.findIndex((surface) => surface.asm.length > 0);
+  select.value = String(Math.max(first, 0));
+  show(data.surfaces[select.value]);
+} else {
+  fill("source", [], "This program renders no surfaces.");
+}
