@@ -172,6 +172,27 @@ fn run_names_the_same_numbers() {
 }
 
 #[test]
+fn pages_are_written_whole_or_not_at_all() {
+    let sandbox = sandbox();
+    let ended = sandbox.run(&["disasm", "s.gml", "--html", "-", "--surface", "2"]);
+    assert!(ended.code == 0 && ended.text().starts_with("<!doctype html>"), "{}", ended.stderr);
+    assert!(ended.text().contains("surface 2: ") && !ended.text().contains("surface 3: "));
+    for (args, code) in [
+        (&["--html", "a.html", "--surface", "6"][..], 2),
+        (&["--html", "a.html", "--emit", "asm"], 2),
+        (&["--html", "a.html", "--fuel", "10"], 4),
+        (&["--html", "s.gml/a.html"], 3),
+    ] {
+        let ended = sandbox.run(&[&["disasm", "s.gml"], args].concat());
+        assert_eq!((ended.code, ended.text()), (code, ""), "{args:?}: {}", ended.stderr);
+    }
+    assert_eq!(sandbox.files(), ["s.gml"]);
+    sandbox.file("a.html", "before");
+    show(&sandbox, &["--html", "a.html"]);
+    assert!(sandbox.read("a.html").starts_with(b"<!doctype html>"));
+}
+
+#[test]
 fn what_programs_do_wrong_is_reported() {
     let sandbox = Sandbox::new();
     sandbox.file("s.gml", format!("{SCENE} 1 2.0 addi"));

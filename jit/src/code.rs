@@ -97,7 +97,7 @@ impl Code {
         let mut text = text.map(|text| (text, Names::new(&addresses)));
         if let Some((text, names)) = &mut text {
             text.clif = text::clif(&context.func, &sites, names);
-            context.set_disasm(true);
+            context.set_disasm(text::NEEDS_VCODE);
         }
         module.define_function(id, &mut context).map_err(|e| e.to_string())?;
         let compiled = context.compiled_code().ok_or("there is no code")?;

@@ -13,6 +13,9 @@ use cranelift_codegen::write::write_block_header;
 use crate::runtime;
 use crate::sir::Site;
 
+/// Whether machine code is shown in Cranelift's words.
+pub(crate) const NEEDS_VCODE: bool = cfg!(not(target_arch = "x86_64"));
+
 /// A line of CLIF or of machine code.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
@@ -108,4 +111,89 @@ pub(crate) fn label(text: String) -> Line {
 /// The site that a source location stands for; the default one stands for none.
 pub(crate) fn site(location: SourceLoc, sites: &[Site]) -> Option<Site> {
     sites.get(location.bits() as usize).copied()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use compiler::diagnostic::Diagnostic;
+    use compiler::preprocess::NoIncludes;
+    use compiler::source::SourceMap;
+    use vm::host::{Host, RenderJob};
+    use vm::machine::{Limits, Machine};
+    use vm::program::LoadedProgram;
+    use vm::value::Value;
+
+    use super::*;
+    use crate::code::{Code, isa};
+    use crate::outline::outline;
+    use crate::sir::Shader;
+    use crate::specialize::specialize;
+
+    /// A loop, conditions, a choice among functions, a table, calls and uniforms.
+    const PROGRAM: &str = "\
+[ { /x x 2.0 mulf } { sin } { /x x x mulf } ] /functions
+[ 0.25 0.5 0.75 ] /table
+0.5 0.25 1.0 point /color
+{ /self /n /x n 9 lessi { x x mulf color gety addf n 1 addi self self apply } { x } if } /iterate
+{ /v /u /face
+  u 0 iterate iterate apply /a
+  v 0.5 lessf { a sqrt } { a frac table face get addf } if /b
+  functions face get /f b f apply /c
+  c a c point b c 1.0 }
+";
+
+    struct NoRender;
+
+    impl Host for NoRender {
+        fn render(&mut self, _: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+            unreachable!("the program does not render")
+        }
+    }
+
+    fn shader() -> Shader {
+        let mut sources = SourceMap::default();
+        let file = sources.add("case.gml", PROGRAM.as_bytes().to_vec()).expect("short");
+        let bytecode =
+            compiler::compile(&mut sources, file, &mut NoIncludes, &[]).expect("correct");
+        let program = Arc::new(LoadedProgram::new(bytecode));
+        let limits = Limits { fuel: 10_000, max_depth: 100, max_memory: 1 << 30 };
+        let Ok(stack) = Machine::new(&program, limits).run(&mut NoRender) else {
+            panic!("it fails")
+        };
+        let [Value::Closure(closure)] = &stack[..] else { panic!("no function") };
+        specialize(&program.bytecode, &outline(closure, false)).expect("it can be compiled")
+    }
+
+    fn text(shader: &Shader) -> Text {
+        let mut text = Text::default();
+        let isa = isa().expect("tests run where there is a code generator");
+        Code::compile(shader, &isa, Some(&mut text)).expect("it compiles");
+        text
+    }
+
+    /// Instructions and their offsets are the same, whether or not their origins are known.
+    #[test]
+    fn origins_do_not_change_the_code() {
+        let mut shader = shader();
+        let with = text(&shader);
+        for block in &mut shader.blocks {
+            block.site = Site::default();
+            block.insts.iter_mut().for_each(|(.., site)| *site = Site::default());
+            block.term.iter_mut().for_each(|(_, site)| *site = Site::default());
+        }
+        let without = text(&shader);
+        let bare = |lines: &[Line]| -> Vec<_> {
+            lines.iter().map(|line| (line.offset, line.text.clone())).collect()
+        };
+        assert!(with.asm.len() > 80, "{} lines", with.asm.len());
+        assert_eq!(bare(&with.clif), bare(&without.clif));
+        assert_eq!(bare(&with.asm), bare(&without.asm));
+        let sites = |lines: &[Line]| -> std::collections::HashSet<_> {
+            lines.iter().filter_map(|line| line.site).collect()
+        };
+        assert_eq!(sites(&without.clif).len(), 1);
+        assert!(sites(&with.clif).len() > 10 && (NEEDS_VCODE || sites(&with.asm).len() > 10));
+    }
 }
