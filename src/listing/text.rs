@@ -3,13 +3,13 @@
 use std::io::{self, Write};
 
 use compiler::bytecode::Program;
-use compiler::disasm;
+use compiler::disasm::{self, SourceLines};
 use compiler::source::{SourceMap, Span};
 use jit::listing::{Line, Listing, Native, Outcome, Site};
 use renderer::surface::SurfaceSample;
 
 use crate::args::Stage;
-use crate::clean::{clean, clean_lines, shortened};
+use crate::clean::{clean, clean_lines};
 use crate::listing::{Surfaces, known_results, needs, numbered};
 use crate::load::place;
 
@@ -109,14 +109,11 @@ fn lines(
     sources: &SourceMap,
     out: &mut dyn Write,
 ) -> io::Result<()> {
-    let mut shown = None;
+    let mut source_lines = SourceLines::new(sources);
     for line in lines {
         let span = line.site.map_or(Span::NONE, |site| span(program, site));
-        if let Some(source) = disasm::source_line(sources, span)
-            && shown.as_ref() != Some(&source)
-        {
-            writeln!(out, "  {}", shortened(&clean(&source)))?;
-            shown = Some(source);
+        if let Some(source) = source_lines.before(span) {
+            writeln!(out, "  {}", clean(&source))?;
         }
         let offset = line.offset.map_or(String::new(), |offset| format!("{offset:04x}"));
         let listed = format!("    {offset:<4}  {}", line.text);
