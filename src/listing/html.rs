@@ -108,12 +108,13 @@ impl<'p> Page<'p> {
             Outcome::Native(native) => (self.rows(&native.clif), self.rows(&native.asm)),
             Outcome::Constant(_) | Outcome::Declined(_) => (Vec::new(), Vec::new()),
         };
-        self.n_rows += clif.len() + asm.len();
+        let details = details(listing);
+        self.n_rows += 1 + details.len() + clif.len() + asm.len();
         let title = disasm::title(self.program, listing.function);
         self.surfaces.push(SurfaceData {
             name: cut(&format!("{}: {title}", numbered(numbers))),
             outcome: outcome(&listing.outcome, self.sources),
-            details: details(listing),
+            details,
             functions,
             clif,
             asm,
