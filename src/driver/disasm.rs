@@ -86,7 +86,7 @@ pub(super) fn disasm(args: &DisasmArgs, reporter: &Reporter) -> Result<u8, Failu
     outcome.map(|()| 0)
 }
 
-/// The stages asked for. Those that are shown surface by surface stand with the first of them.
+/// The stages asked for. Those that are shown surface by surface come last, and together.
 fn stages(args: &DisasmArgs) -> Vec<(Stage, Vec<Stage>)> {
     let all = match (&args.emit[..], args.surface) {
         ([], Some(_)) => &[Stage::Bytecode, Stage::Clif, Stage::Asm],
