@@ -72,8 +72,8 @@ pub(crate) enum Command {
     /// Report what is wrong with scenes; write nothing
     #[command(long_about = CHECK_ABOUT)]
     Check(CheckArgs),
-    /// Show a scene's tokens, tree or bytecode
-    #[command(long_about = DISASM_ABOUT)]
+    /// Show a scene's tokens, tree, bytecode or machine code
+    #[command(long_about = DISASM_ABOUT, after_long_help = DISASM_EXAMPLES)]
     Disasm(DisasmArgs),
     /// Run a program and print the stack it leaves
     #[command(long_about = EVAL_ABOUT)]
@@ -159,6 +159,9 @@ pub(crate) struct RunArgs {
     /// How surface functions are evaluated
     #[arg(long, value_name = "ENGINE", default_value = "auto", help_heading = "Engine")]
     pub(crate) engine: Engine,
+    /// Write /tmp/perf-PID.map, by which the profiler `perf` names machine code
+    #[arg(long, help_heading = "Engine")]
+    pub(crate) perf_map: bool,
 
     /// The rules of shading: of 2000, of 2003, or by whether `render` gets an attenuation point
     #[arg(long, value_name = "DIALECT", default_value = "auto", help_heading = "Picture")]
@@ -266,10 +269,21 @@ pub(crate) struct EvalArgs {
 }
 
 const DISASM_ABOUT: &str = "\
-Show a scene's tokens, tree or bytecode, beside the places in the source text they come from.
+Show a scene's tokens, tree, bytecode or machine code, beside the places in the source text they \
+come from.
 
 Bytecode is listed by function, the main program first, with the source line above the \
-instructions that it became.";
+instructions that it became. With `clif`, `asm` or `--surface` the program is run, but nothing is \
+traced, and each surface function is listed: what it captured and how that reaches the code, and its \
+bytecode, the input of the code generator (CLIF) and machine code, as far as `--emit` asks for them.";
+
+const DISASM_EXAMPLES: &str = "\
+Examples:
+  gmlvm disasm scene.gml                        the bytecode of the whole program
+  gmlvm disasm scene.gml --function marble      that of one function
+  gmlvm disasm scene.gml --emit clif,asm        what each surface function was compiled to
+  gmlvm disasm scene.gml --surface 3            all about one of them, by its number in `run -v`
+  gmlvm disasm scene.gml --html scene.html      the same of all, to be looked at in a browser";
 
 /// `gmlvm disasm`.
 #[derive(Debug, clap::Args)]
@@ -278,20 +292,33 @@ pub(crate) struct DisasmArgs {
     pub(crate) scene: PathBuf,
     #[command(flatten)]
     pub(crate) inputs: Inputs,
-    /// What to show, in this order
-    #[arg(long, value_name = "WHAT", value_delimiter = ',', default_value = "bytecode")]
+    /// What to show, in this order [default: bytecode; with --surface: bytecode,clif,asm]
+    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
     pub(crate) emit: Vec<Stage>,
-    /// Show the bytecode of this function only
+    /// Show only this function, and surfaces that are closures of it; by name or number
+    #[arg(long, value_name = "NAME|N")]
+    pub(crate) function: Option<String>,
+    /// Show only this surface, by its number in `run -v`
     #[arg(long, value_name = "N")]
-    pub(crate) function: Option<u32>,
+    pub(crate) surface: Option<usize>,
+    /// Write source, bytecode, CLIF and machine code as one page with linked panes; - is the standard output
+    #[arg(long, value_name = "FILE", conflicts_with = "emit")]
+    pub(crate) html: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
 }
 
-/// A form that a program takes on its way through the compiler.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+/// A form that a program takes on its way through the compilers, in their order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub(crate) enum Stage {
     Tokens,
     Ast,
     Bytecode,
+    /// What the code generator was given for each surface function
+    Clif,
+    /// The machine code of each surface function
+    Asm,
 }
 
 /// `gmlvm diff`.

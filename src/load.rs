@@ -44,7 +44,7 @@ impl<'a> Source<'a> {
         reporter: &Reporter,
     ) -> Result<Self, Failure> {
         let start = Instant::now();
-        let bytes = if is_stdin(path) { at_most(io::stdin().lock()) } else { read_file(path) };
+        let bytes = if is_stdio(path) { at_most(io::stdin().lock()) } else { read_file(path) };
         let bytes = bytes.map_err(|error| {
             let name = path.display().to_string();
             Failure::Usage(format!("cannot read `{}`: {}", clean(&name), console::reason(&error)))
@@ -57,6 +57,15 @@ impl<'a> Source<'a> {
             reporter.diagnostics(&[diagnostic], &SourceMap::default(), None)
         })?;
         Ok(Source { sources, root, read_time: start.elapsed(), path, inputs })
+    }
+
+    /// The same scene, as it is before anything is done with it.
+    pub(crate) fn afresh(&self) -> Source<'a> {
+        let root = self.sources.file(self.root);
+        let mut sources = SourceMap::default();
+        let file = sources.add(&root.name, root.text.clone().into_bytes());
+        let root = file.expect("it was not too long before");
+        Source { sources, root, ..*self }
     }
 
     /// Compiles the scene.
@@ -80,14 +89,12 @@ impl<'a> Source<'a> {
 
     /// File, line and column of a span, as messages show them.
     pub(crate) fn place(&self, span: Span) -> String {
-        self.sources.file_of(span).map_or_else(String::new, |file| {
-            format!("{}:{}", clean(&file.name), file.line_column(span))
-        })
+        place(&self.sources, span)
     }
 
     /// What finds the files that this scene includes.
     pub(crate) fn includes(&self) -> FileIncludes<'a> {
-        let directory = if is_stdin(self.path) { None } else { self.path.parent() };
+        let directory = if is_stdio(self.path) { None } else { self.path.parent() };
         let directory = directory.unwrap_or(Path::new("")).to_owned();
         FileIncludes {
             directories: HashMap::from([(shown_name(self.path), directory)]),
@@ -98,10 +105,8 @@ impl<'a> Source<'a> {
     /// The tree, read anew: while a program runs it is not kept. Its files take the same addresses,
     /// so its spans are good for the first reading too.
     fn tree_again(&self) -> Option<Body> {
-        let root = self.sources.file(self.root);
-        let mut sources = SourceMap::default();
-        let file = sources.add(&root.name, root.text.clone().into_bytes()).ok()?;
-        compiler::parse(&mut sources, file, &mut self.includes()).ok()
+        let Source { mut sources, root, .. } = self.afresh();
+        compiler::parse(&mut sources, root, &mut self.includes()).ok()
     }
 }
 
@@ -131,13 +136,20 @@ impl Includes for FileIncludes<'_> {
     }
 }
 
+/// File, line and column of a span, as messages show them.
+pub(crate) fn place(sources: &SourceMap, span: Span) -> String {
+    sources.file_of(span).map_or_else(String::new, |file| {
+        format!("{}:{}", clean(&file.name), file.line_column(span))
+    })
+}
+
 /// Whether a path on the command line stands for a standard stream.
-pub(crate) fn is_stdin(path: &Path) -> bool {
+pub(crate) fn is_stdio(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
 fn shown_name(path: &Path) -> String {
-    if is_stdin(path) { STDIN_NAME.to_owned() } else { path.display().to_string() }
+    if is_stdio(path) { STDIN_NAME.to_owned() } else { path.display().to_string() }
 }
 
 /// The whole file; of a file that is too long, enough to tell.

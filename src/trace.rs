@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use jit::shaders::{Shaders, SurfaceReport, Tiering};
+use jit::shaders::{Observer, Shaders, SurfaceReport, Tiering};
 use renderer::image::{Image, Pixel};
 use renderer::scene::Scene;
 use renderer::shade::RayCounts;
@@ -14,6 +14,7 @@ use vm::surfaces::{self, InterpSurfaces};
 
 use crate::args::Engine;
 use crate::formats::{Picture, Pixels};
+use crate::perf::PerfMap;
 use crate::run::plan::Plan;
 
 /// What came of a render job.
@@ -39,13 +40,15 @@ pub(crate) type TraceFailure = renderer::Failure<Box<Error>>;
 
 /// How an image is traced, besides what its plan says.
 #[derive(Clone, Copy)]
-pub(crate) struct Settings {
+pub(crate) struct Settings<'s> {
     /// What evaluates surface functions.
     pub(crate) engine: Engine,
     /// Linear light in place of bytes.
     pub(crate) is_linear: bool,
     /// What each call of a surface function may use up.
     pub(crate) limits: Limits,
+    /// Who is told of machine code.
+    pub(crate) perf_map: Option<&'s PerfMap>,
 }
 
 /// Traces the image of `job` as `plan` says. `progress` is told how many pixels have been added.
@@ -55,7 +58,7 @@ pub(crate) struct Settings {
 pub(crate) fn trace_job(
     job: &RenderJob<'_>,
     plan: &Plan,
-    settings: Settings,
+    settings: Settings<'_>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
     let start = Instant::now();
@@ -67,7 +70,10 @@ pub(crate) fn trace_job(
         Engine::Auto => Some(Tiering::Hot),
         Engine::Jit => Some(Tiering::Eager),
     };
-    let shaders = shaders.map(|tiering| Shaders::new(job.program, &surfaces, limits, tiering));
+    let observe = settings.perf_map.map(|map| |region| map.add(region));
+    let observer = observe.as_ref().map(|observe| observe as Observer<'_>);
+    let shaders =
+        shaders.map(|tiering| Shaders::observed(job.program, &surfaces, limits, tiering, observer));
     let (picture, rays) = match &shaders {
         Some(shaders) => trace(&scene, plan, settings, || shaders.worker(), progress)?,
         None => {
@@ -89,7 +95,7 @@ pub(crate) fn trace_job(
 fn trace<E: SurfaceEval<Error = Box<Error>> + Send>(
     scene: &Scene,
     plan: &Plan,
-    settings: Settings,
+    settings: Settings<'_>,
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Picture, RayCounts), TraceFailure> {

@@ -149,6 +149,7 @@ fn disasm_shows_each_stage() {
         "{code}"
     );
     assert!(show(&["--function", "0"]).starts_with("function 0 `f`"));
+    assert_eq!(show(&["--function", "0"]), show(&["--function", "f"]));
     let all = show(&["--emit", "tokens,ast,bytecode"]);
     assert_eq!(all, format!("{tokens}\n{tree}\n{code}"));
     assert_eq!(sandbox.run(&["disasm", "s.gml", "--function", "99"]).code, 2);

@@ -4,39 +4,50 @@ use std::fmt::Write;
 
 use crate::bytecode::{CaptureSource, Constant, Format, Function, Insn, Program};
 use crate::op::Operator;
-use crate::source::{SourceMap, Span};
+use crate::source::{SourceFile, SourceMap, Span};
 
 /// Arrays in listings show this many items.
 const SHOWN_ITEMS: usize = 8;
+
+/// Source lines in listings show this many characters.
+const SHOWN_CHARS: usize = 400;
 
 /// The listing of one function.
 #[must_use]
 pub fn function(program: &Program, index: u32, sources: &SourceMap) -> String {
     let function = &program.functions[index as usize];
     let mut text = heading(program, index, sources);
-    let mut shown = None;
-    for (pc, insn) in function.code.iter().enumerate() {
-        let span = function.origins[pc].span;
-        if let Some(line) = source_line(sources, span)
-            && shown.as_ref() != Some(&line)
-        {
+    let mut lines = SourceLines::new(sources);
+    for (pc, origin) in function.origins.iter().enumerate() {
+        if let Some(line) = lines.before(origin.span) {
             let _ = writeln!(text, "  {line}");
-            shown = Some(line);
         }
-        let fields = fields(program, function, pc, insn);
-        let listed = format!("    {pc:04}  {:<17} {fields}", insn.op.mnemonic());
-        let _ = writeln!(text, "{:<56} ; {}", listed.trim_end(), place(sources, span));
+        let listed = format!("    {pc:04}  {}", instruction(program, index, pc));
+        let _ = writeln!(text, "{listed:<56} ; {}", place(sources, origin.span));
     }
     text
+}
+
+/// One instruction of a function.
+#[must_use]
+pub fn instruction(program: &Program, index: u32, pc: usize) -> String {
+    let function = &program.functions[index as usize];
+    let insn = &function.code[pc];
+    let fields = fields(program, function, pc, insn);
+    format!("{:<17} {fields}", insn.op.mnemonic()).trim_end().to_owned()
 }
 
 /// The listings of all functions, the main program first.
 #[must_use]
 pub fn program(program: &Program, sources: &SourceMap) -> String {
-    let listings: Vec<_> = (0..program.functions.len() as u32)
-        .rev()
-        .map(|index| function(program, index, sources))
-        .collect();
+    let all: Vec<u32> = (0..program.functions.len() as u32).rev().collect();
+    functions(program, &all, sources)
+}
+
+/// The listings of some functions.
+#[must_use]
+pub fn functions(program: &Program, indices: &[u32], sources: &SourceMap) -> String {
+    let listings: Vec<_> = indices.iter().map(|index| function(program, *index, sources)).collect();
     listings.join("\n")
 }
 
@@ -65,10 +76,34 @@ fn heading(program: &Program, index: u32, sources: &SourceMap) -> String {
     text
 }
 
-fn source_line(sources: &SourceMap, span: Span) -> Option<String> {
-    let file = sources.file_of(span)?;
-    let line = file.line_column(span).line;
-    Some(format!("{line:>4} | {}", file.line(line)?.trim_end()))
+/// The source lines that stand above what came from them.
+pub struct SourceLines<'s> {
+    sources: &'s SourceMap,
+    /// File and number of the last.
+    last: Option<(&'s SourceFile, usize)>,
+}
+
+impl<'s> SourceLines<'s> {
+    /// Before the first line.
+    #[must_use]
+    pub fn new(sources: &'s SourceMap) -> Self {
+        SourceLines { sources, last: None }
+    }
+
+    /// The line where a span starts, behind its number and cut if it is long; none where there is no
+    /// source, and if it is the last one again.
+    pub fn before(&mut self, span: Span) -> Option<String> {
+        let file = self.sources.file_of(span)?;
+        let number = file.line_column(span).line;
+        if self.last.is_some_and(|(last, n)| std::ptr::eq(last, file) && n == number) {
+            return None;
+        }
+        self.last = Some((file, number));
+        let line = file.line(number)?.trim_end();
+        let end = line.char_indices().nth(SHOWN_CHARS).map_or(line.len(), |(end, _)| end);
+        let dots = if end < line.len() { "..." } else { "" };
+        Some(format!("{number:>4} | {}{dots}", &line[..end]))
+    }
 }
 
 fn place(sources: &SourceMap, span: Span) -> String {

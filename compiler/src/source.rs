@@ -53,7 +53,13 @@ pub struct SourceFile {
     pub text: String,
     start: u32,
     line_starts: Vec<u32>,
+    /// Characters that start before each block of the text.
+    chars_before: Vec<u32>,
 }
+
+/// Characters are counted ahead for blocks of so many bytes, so that no line is too long to find a
+/// column in it.
+const BLOCK: usize = 1 << 10;
 
 /// A place in a file, counted from 1; columns count characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -96,11 +102,19 @@ impl SourceMap {
         let line_starts = std::iter::once(0)
             .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
             .collect();
+        let blocks = text.as_bytes().chunks(BLOCK);
+        let chars_before = std::iter::once(0)
+            .chain(blocks.scan(0, |n_chars, block| {
+                *n_chars += char_starts(block) as u32;
+                Some(*n_chars)
+            }))
+            .collect();
         self.files.push(SourceFile {
             name: name.to_owned(),
             text,
             start: start as u32,
             line_starts,
+            chars_before,
         });
         Ok(FileId(self.files.len() as u32 - 1))
     }
@@ -148,7 +162,13 @@ impl SourceFile {
         let start = self.range(span).start;
         let line = self.line_starts.partition_point(|&s| s as usize <= start);
         let line_start = self.line_starts[line - 1] as usize;
-        LineColumn { line, column: self.text[line_start..start].chars().count() + 1 }
+        LineColumn { line, column: self.chars_before(start) - self.chars_before(line_start) + 1 }
+    }
+
+    /// Number of characters that start before a byte of the text.
+    fn chars_before(&self, byte: usize) -> usize {
+        let block = byte / BLOCK;
+        self.chars_before[block] as usize + char_starts(&self.text.as_bytes()[block * BLOCK..byte])
     }
 
     /// The text of line `line` (from 1), without its line end; `None` behind the last line.
@@ -157,5 +177,31 @@ impl SourceFile {
         let start = *self.line_starts.get(line.checked_sub(1)?)? as usize;
         let end = self.line_starts.get(line).map_or(self.text.len(), |&next| next as usize);
         Some(self.text[start..end].trim_end_matches(['\n', '\r']))
+    }
+}
+
+/// Number of characters that start in a piece of UTF-8.
+fn char_starts(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte & 0xc0 != 0x80).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_count_characters() {
+        let text = format!("{}\n\u{e9}x\n{}y", "\u{20ac}ab".repeat(700), "\u{1f98a}".repeat(1000));
+        let mut sources = SourceMap::default();
+        sources.add("a", b"1 2".to_vec()).expect("short");
+        let id = sources.add("b", text.clone().into_bytes()).expect("short");
+        let file = sources.file(id);
+        let (mut line, mut column) = (1, 1);
+        for (at, c) in text.char_indices() {
+            assert_eq!(file.line_column(file.span(at, at)), LineColumn { line, column }, "{at}");
+            (line, column) = if c == '\n' { (line + 1, 1) } else { (line, column + 1) };
+        }
+        let end = file.span(text.len(), text.len());
+        assert_eq!(file.line_column(end), LineColumn { line, column });
     }
 }

@@ -17,6 +17,7 @@ use cranelift_module::{Module, default_libcall_names};
 use crate::abi::{DONE, SurfaceFn, SurfaceOut};
 use crate::lower;
 use crate::sir::Shader;
+use crate::text::{self, Names, Text};
 
 /// The machine code of one shader, and its tables.
 pub(crate) struct Code {
@@ -65,11 +66,15 @@ pub(crate) fn isa() -> Option<OwnedTargetIsa> {
 }
 
 impl Code {
-    /// Compiles a shader.
+    /// Compiles a shader; `text` is filled with the forms that it takes on the way.
     ///
     /// # Errors
     /// Cranelift's words for what it cannot do.
-    pub(crate) fn compile(shader: &Shader, isa: &OwnedTargetIsa) -> Result<Code, String> {
+    pub(crate) fn compile(
+        shader: &Shader,
+        isa: &OwnedTargetIsa,
+        text: Option<&mut Text>,
+    ) -> Result<Code, String> {
         let tables: Vec<Box<[u64]>> =
             shader.tables.iter().map(|table| table.entries.clone().into_boxed_slice()).collect();
         let addresses: Vec<*const u64> = tables.iter().map(|table| table.as_ptr()).collect();
@@ -82,15 +87,23 @@ impl Code {
         let id = module
             .declare_anonymous_function(&context.func.signature)
             .map_err(|e| e.to_string())?;
-        lower::lower(
+        let sites = lower::lower(
             shader,
             &addresses,
             &mut context.func,
             &mut FunctionBuilderContext::new(),
             config,
         );
+        let mut text = text.map(|text| (text, Names::new(&addresses)));
+        if let Some((text, names)) = &mut text {
+            text.clif = text::clif(&context.func, &sites, names);
+            context.set_disasm(text::NEEDS_VCODE);
+        }
         module.define_function(id, &mut context).map_err(|e| e.to_string())?;
         let compiled = context.compiled_code().ok_or("there is no code")?;
+        if let Some((text, names)) = text {
+            text.asm = text::asm(compiled, &sites, names);
+        }
         let n_bytes = compiled.code_buffer().len();
         module.finalize_definitions().map_err(|e| e.to_string())?;
         let address = module.get_finalized_function(id);
@@ -98,6 +111,11 @@ impl Code {
         // signature of `SurfaceFn`; it stays valid while `memory` lives.
         let entry = unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) };
         Ok(Code { entry, _tables: tables, _memory: memory, n_bytes })
+    }
+
+    /// Where the code starts.
+    pub(crate) fn address(&self) -> usize {
+        self.entry as usize
     }
 
     /// Calls the shader; none if the interpreter must do it. `uniforms` are as many as the shader

@@ -13,6 +13,9 @@
 
 mod abi;
 mod code;
+#[cfg(target_arch = "x86_64")]
+mod decode;
+pub mod listing;
 mod lower;
 mod outline;
 mod runtime;
@@ -20,6 +23,7 @@ pub mod shaders;
 mod sir;
 mod specialize;
 mod sym;
+mod text;
 mod unsupported;
 
 pub use unsupported::Unsupported;

@@ -14,7 +14,7 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
 
 use crate::abi::{DONE, LEFT};
 use crate::runtime;
-use crate::sir::{Block, FACE, Inst, N_ARGUMENTS, Shader, Term, Type, U, V, Val};
+use crate::sir::{Block, FACE, Inst, N_ARGUMENTS, Shader, Site, Term, Type, U, V, Val};
 
 /// The signature of [`SurfaceFn`](crate::abi::SurfaceFn).
 pub(crate) fn signature(
@@ -29,14 +29,15 @@ pub(crate) fn signature(
 }
 
 /// Fills `function`, whose signature is set, with a shader; `tables` are the addresses of its
-/// tables. Source locations are instructions of the bytecode, counted in their function.
+/// tables. The source locations of its instructions are indices into what is returned; those that
+/// serve the whole have none.
 pub(crate) fn lower(
     shader: &Shader,
     tables: &[*const u64],
     function: &mut ir::Function,
     context: &mut FunctionBuilderContext,
     config: TargetFrontendConfig,
-) {
+) -> Vec<Site> {
     let mut builder = FunctionBuilder::new(function, context);
     let blocks: Vec<ir::Block> = shader.blocks.iter().map(|_| builder.create_block()).collect();
     let entry = builder.create_block();
@@ -54,17 +55,20 @@ pub(crate) fn lower(
         out: None,
         pointer: config.pointer_type(),
         call_conv: config.default_call_conv,
+        sites: Vec::new(),
     };
     lowering.entry(entry);
     for index in 0..shader.blocks.len() {
         lowering.block(Block(index as u32));
     }
-    let Lowering { mut builder, leave, .. } = lowering;
+    let Lowering { mut builder, leave, sites, .. } = lowering;
     builder.switch_to_block(leave);
+    builder.set_srcloc(SourceLoc::default());
     let left = builder.ins().iconst(types::I32, i64::from(LEFT));
     builder.ins().return_(&[left]);
     builder.seal_all_blocks();
     builder.finalize(config);
+    sites
 }
 
 struct Lowering<'s, 'f> {
@@ -80,6 +84,8 @@ struct Lowering<'s, 'f> {
     out: Option<ir::Value>,
     pointer: ir::Type,
     call_conv: cranelift_codegen::isa::CallConv,
+    /// The source locations given so far.
+    sites: Vec<Site>,
 }
 
 fn clif_type(ty: Type) -> ir::Type {
@@ -97,6 +103,14 @@ impl Lowering<'_, '_> {
 
     fn value(&self, val: Val) -> ir::Value {
         self.values[val.0 as usize].expect("definitions come before uses")
+    }
+
+    /// What follows comes from here.
+    fn at(&mut self, site: Site) {
+        if self.sites.last() != Some(&site) {
+            self.sites.push(site);
+        }
+        self.builder.set_srcloc(SourceLoc::new(self.sites.len() as u32 - 1));
     }
 
     /// Arguments, uniforms, and the blocks' parameters.
@@ -139,17 +153,21 @@ impl Lowering<'_, '_> {
         let data = &shader.blocks[block.0 as usize];
         self.builder.switch_to_block(self.blocks[block.0 as usize]);
         if data.is_loop {
+            self.at(data.site);
             self.take_fuel();
         }
         for (val, inst, site) in &data.insts {
             if self.is_live(*val) {
-                self.builder.set_srcloc(SourceLoc::new(site.pc));
+                self.at(*site);
                 let value = self.inst(inst);
                 self.values[val.0 as usize] = Some(value);
             }
         }
         match &data.term {
-            Some(term) => self.term(term),
+            Some((term, site)) => {
+                self.at(*site);
+                self.term(term);
+            }
             // Nothing leads here.
             None => {
                 self.builder.ins().jump(self.leave, &[]);

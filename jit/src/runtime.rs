@@ -22,6 +22,11 @@ extern "C" fn acos(x: f64) -> f64 {
     degrees::acos(x)
 }
 
+/// All functions that native code calls, by operator.
+pub(crate) fn functions() -> impl Iterator<Item = (Operator, RealFn)> {
+    Operator::ALL.iter().filter_map(|&op| Some((op, function(op)?)))
+}
+
 /// The function that performs an operator, if native code calls one for it.
 pub(crate) fn function(op: Operator) -> Option<RealFn> {
     Some(match op {

@@ -17,6 +17,7 @@ use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
 use crate::sir::{FACE, Shader, U, V};
 use crate::specialize::specialize;
+use crate::text::Text;
 use crate::unsupported::Unsupported;
 
 /// When surface functions are compiled.
@@ -48,7 +49,7 @@ const MAX_VARIANTS: usize = 16;
 const MIN_MEMORY: u64 = 64 << 20;
 
 /// How a surface function is evaluated.
-enum Tier {
+pub(crate) enum Tier {
     Constant(SurfaceSample),
     Native(Native, Needs),
     Interpreted(Unsupported),
@@ -82,35 +83,50 @@ pub struct SurfaceReport {
     pub evaluation: Evaluation,
 }
 
+/// A piece of machine code that has been made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// The source text of the surface function.
+    pub span: Span,
+    /// Where the code starts.
+    pub address: usize,
+    /// Its length in bytes.
+    pub n_bytes: usize,
+}
+
+/// Is told of each piece of machine code once it is made, by the thread that made it.
+pub type Observer<'o> = &'o (dyn Fn(Region) + Sync);
+
 /// The shaders of one render job, shared by its threads.
 pub struct Shaders<'p> {
-    program: &'p Arc<LoadedProgram>,
-    surfaces: &'p [Arc<Closure>],
+    pub(crate) program: &'p Arc<LoadedProgram>,
+    pub(crate) surfaces: &'p [Arc<Closure>],
     limits: Limits,
-    slots: Vec<Slot>,
+    pub(crate) slots: Vec<Slot>,
     /// Fuel that calls have used up by interpretation, by function, before specializing.
     spent: Vec<AtomicU64>,
     cache: Mutex<Cache>,
+    observer: Option<Observer<'p>>,
 }
 
 /// What is known of a surface.
 #[derive(Default)]
-struct Slot {
+pub(crate) struct Slot {
     variant: OnceLock<Result<Bound, Unsupported>>,
     /// Set once nothing more is to be decided.
-    tier: OnceLock<Tier>,
+    pub(crate) tier: OnceLock<Tier>,
 }
 
 /// A variant, and what it needs besides the point to be one closure.
-struct Bound {
-    variant: Arc<Variant>,
+pub(crate) struct Bound {
+    pub(crate) variant: Arc<Variant>,
     uniforms: Vec<u64>,
 }
 
 /// A specialized function, for all closures of the same key.
-struct Variant {
-    shader: Shader,
-    needs: Needs,
+pub(crate) struct Variant {
+    pub(crate) shader: Shader,
+    pub(crate) needs: Needs,
     /// Fuel that calls have used up by interpretation since.
     spent: AtomicU64,
     code: OnceLock<Result<Arc<Code>, Unsupported>>,
@@ -131,7 +147,7 @@ impl Variant {
 }
 
 /// The place for what a key is specialized to.
-type Cell = OnceLock<Result<Arc<Variant>, Unsupported>>;
+pub(crate) type Cell = OnceLock<Result<Arc<Variant>, Unsupported>>;
 
 #[derive(Default)]
 struct Cache {
@@ -148,6 +164,18 @@ impl<'p> Shaders<'p> {
         limits: Limits,
         tiering: Tiering,
     ) -> Self {
+        Shaders::observed(program, surfaces, limits, tiering, None)
+    }
+
+    /// As [`Shaders::new`], with somebody who is told of the code.
+    #[must_use]
+    pub fn observed(
+        program: &'p Arc<LoadedProgram>,
+        surfaces: &'p [Arc<Closure>],
+        limits: Limits,
+        tiering: Tiering,
+        observer: Option<Observer<'p>>,
+    ) -> Self {
         let shaders = Shaders {
             program,
             surfaces,
@@ -155,6 +183,7 @@ impl<'p> Shaders<'p> {
             slots: surfaces.iter().map(|_| Slot::default()).collect(),
             spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
+            observer,
         };
         if tiering == Tiering::Eager {
             let mut interpreter = InterpSurfaces::new(program, surfaces, limits);
@@ -237,18 +266,31 @@ impl<'p> Shaders<'p> {
             return Err(self.declined(index, "the limits on it are tight"));
         }
         let compile = || {
-            let isa = isa().ok_or("there is no code generator for this processor")?;
-            Code::compile(shader, &isa).map(Arc::new)
+            let code = self.code(index, shader, None)?;
+            if let Some(observer) = self.observer {
+                let span = self.span(index);
+                observer(Region { span, address: code.address(), n_bytes: code.n_bytes });
+            }
+            Ok(Arc::new(code))
         };
-        let code = variant
-            .code
-            .get_or_init(|| compile().map_err(|reason| self.declined(index, &reason)))
-            .clone()?;
+        let code = variant.code.get_or_init(compile).clone()?;
         Ok(Tier::Native(Native::new(code, shader.n_uniforms, uniforms.clone()), variant.needs))
     }
 
+    /// Machine code for a surface; `text` is filled with the forms that it takes on the way.
+    pub(crate) fn code(
+        &self,
+        index: usize,
+        shader: &Shader,
+        text: Option<&mut Text>,
+    ) -> Result<Code, Unsupported> {
+        let isa = isa().ok_or("there is no code generator for this processor".to_owned());
+        isa.and_then(|isa| Code::compile(shader, &isa, text))
+            .map_err(|reason| self.declined(index, &reason))
+    }
+
     /// The variant of a surface, specialized now if it was not.
-    fn variant(&self, index: usize) -> &Result<Bound, Unsupported> {
+    pub(crate) fn variant(&self, index: usize) -> &Result<Bound, Unsupported> {
         self.slots[index].variant.get_or_init(|| {
             let (outline, cell) = self.cell(&self.surfaces[index]);
             let variant = cell.get_or_init(|| {
@@ -266,7 +308,7 @@ impl<'p> Shaders<'p> {
     }
 
     /// The outline of a closure and the place for what it is specialized to.
-    fn cell(&self, closure: &Arc<Closure>) -> (Outline, Arc<Cell>) {
+    pub(crate) fn cell(&self, closure: &Arc<Closure>) -> (Outline, Arc<Cell>) {
         let mut cache = self.cache.lock().unwrap_or_else(PoisonError::into_inner);
         let mut outlined = outline(closure, false);
         let n_variants = cache.n_variants.get(&closure.function).copied().unwrap_or(0);
@@ -283,9 +325,12 @@ impl<'p> Shaders<'p> {
     }
 
     fn declined(&self, index: usize, reason: &str) -> Unsupported {
+        Unsupported { span: self.span(index), reason: reason.to_owned() }
+    }
+
+    fn span(&self, index: usize) -> Span {
         let function = self.surfaces[index].function as usize;
-        let span = self.program.bytecode.functions[function].span;
-        Unsupported { span, reason: reason.to_owned() }
+        self.program.bytecode.functions[function].span
     }
 
     /// Fuel for rounds of loops; what runs once has been checked.

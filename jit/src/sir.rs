@@ -4,6 +4,8 @@
 //! where its definition dominates. Whatever the interpreter would report as an error leads to
 //! [`Term::Leave`].
 
+use std::collections::BTreeSet;
+
 use compiler::op::Operator;
 
 /// The types of values.
@@ -71,11 +73,13 @@ pub(crate) enum Term {
     Leave,
 }
 
-/// Where in the bytecode an instruction comes from.
+/// A bytecode instruction.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub(crate) struct Site {
-    pub(crate) function: u32,
-    pub(crate) pc: u32,
+pub struct Site {
+    /// The function.
+    pub function: u32,
+    /// Index of the instruction in it.
+    pub pc: u32,
 }
 
 /// A block's contents.
@@ -83,7 +87,9 @@ pub(crate) struct Site {
 pub(crate) struct BlockData {
     pub(crate) params: Vec<Val>,
     pub(crate) insts: Vec<(Val, Inst, Site)>,
-    pub(crate) term: Option<Term>,
+    pub(crate) term: Option<(Term, Site)>,
+    /// What it was begun for.
+    pub(crate) site: Site,
     /// The head of a loop, where fuel is taken.
     pub(crate) is_loop: bool,
 }
@@ -102,6 +108,8 @@ pub(crate) struct Shader {
     pub(crate) blocks: Vec<BlockData>,
     pub(crate) tables: Vec<Table>,
     pub(crate) n_uniforms: u32,
+    /// The functions that were run.
+    pub(crate) functions: BTreeSet<u32>,
     /// The most that one pass through the code costs in the interpreter's fuel.
     pub(crate) cost: u64,
     /// The most calls that are active at once in the interpreter.
@@ -131,7 +139,7 @@ impl Shader {
     fn mark(&self, block: &BlockData, live: &mut [bool]) {
         let mut wake = |val: Val| live[val.0 as usize] = true;
         match &block.term {
-            Some(Term::Jump(target, args)) => {
+            Some((Term::Jump(target, args), _)) => {
                 let params = &self.blocks[target.0 as usize].params;
                 for (param, arg) in params.iter().zip(args) {
                     if live[param.0 as usize] {
@@ -139,9 +147,9 @@ impl Shader {
                     }
                 }
             }
-            Some(Term::Branch(val, _) | Term::Switch(val, _)) => wake(*val),
-            Some(Term::Return(vals)) => vals.iter().copied().for_each(wake),
-            Some(Term::Leave) | None => {}
+            Some((Term::Branch(val, _) | Term::Switch(val, _), _)) => wake(*val),
+            Some((Term::Return(vals), _)) => vals.iter().copied().for_each(wake),
+            Some((Term::Leave, _)) | None => {}
         }
         for (val, inst, _) in block.insts.iter().rev() {
             if inst.may_leave() || live[val.0 as usize] {

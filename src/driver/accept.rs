@@ -1,9 +1,10 @@
 //! A host that takes every render job, looks whether it could be done, and does nothing.
 
+use std::io;
 use std::path::Path;
 use std::sync::Arc;
 
-use compiler::diagnostic::Diagnostic;
+use compiler::diagnostic::{Code, Diagnostic};
 use vm::host::{Host, RenderJob};
 use vm::machine::Machine;
 use vm::program::LoadedProgram;
@@ -16,17 +17,28 @@ use crate::output;
 use crate::report::Reporter;
 use crate::run;
 
-struct Accepts {
+struct Accepts<'v> {
     limits: LimitArgs,
     n_images: u64,
+    visit: Visit<'v>,
+    /// Why the run ended, where no diagnostic can tell.
+    stopped_by: Option<io::Error>,
 }
 
-impl Host for Accepts {
+/// Has a look at each job that would be rendered; an error ends the run.
+pub(super) type Visit<'v> = &'v mut dyn FnMut(&RenderJob<'_>) -> io::Result<()>;
+
+impl Host for Accepts<'_> {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         self.n_images += 1;
         self.limits.check(&job, self.n_images, job.width, job.height)?;
         output::stem(&job.name).map(drop).map_err(|reason| {
             run::unwritable(output::Problem::Refused(reason), &job, &job.name, Path::new("."))
+        })?;
+        (self.visit)(&job).map_err(|error| {
+            self.stopped_by = Some(error);
+            // Never shown.
+            Box::new(Diagnostic::new(Code::CannotWrite, job.origin.span, "stopped"))
         })
     }
 }
@@ -43,8 +55,24 @@ pub(super) fn run_without_images(
 ) -> Result<Vec<Value>, Failure> {
     let mut source = Source::read(scene, inputs, reporter)?;
     let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
-    let mut host = Accepts { limits, n_images: 0 };
-    Machine::new(&program, limits.machine())
-        .run(&mut host)
-        .map_err(|error| source.stopped(error.into_diagnostic(), reporter))
+    run_visited(&source, &program, limits, reporter, &mut |_| Ok(()))
+}
+
+/// Runs a compiled program without rendering; returns its final stack, bottom first.
+///
+/// # Errors
+/// When it is wrong, of which the user has been told, or when `visit` fails to write.
+pub(super) fn run_visited(
+    source: &Source<'_>,
+    program: &Arc<LoadedProgram>,
+    limits: LimitArgs,
+    reporter: &Reporter,
+    visit: Visit<'_>,
+) -> Result<Vec<Value>, Failure> {
+    let mut host = Accepts { limits, n_images: 0, visit, stopped_by: None };
+    let outcome = Machine::new(program, limits.machine()).run(&mut host);
+    outcome.map_err(|error| match host.stopped_by {
+        Some(error) => Failure::stdout(&error),
+        None => source.stopped(error.into_diagnostic(), reporter),
+    })
 }

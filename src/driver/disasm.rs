@@ -1,6 +1,8 @@
 //! `gmlvm disasm`: the forms that a program takes in the compiler, as text.
 
 use std::io::{self, Write};
+use std::path::Path;
+use std::sync::Arc;
 
 use compiler::ast::{Body, Term, TermKind};
 use compiler::bytecode::Program;
@@ -8,46 +10,162 @@ use compiler::diagnostic::Diagnostic;
 use compiler::lexer::{Token, TokenKind};
 use compiler::preprocess;
 use compiler::source::{SourceMap, Span};
+use vm::host::RenderJob;
+use vm::program::LoadedProgram;
 
 use crate::args::{DisasmArgs, Stage};
-use crate::clean::clean_lines;
+use crate::clean::{clean, clean_lines, shortened};
 use crate::console;
+use crate::driver::accept::run_visited;
 use crate::failure::Failure;
-use crate::load::Source;
+use crate::listing::html::Page;
+use crate::listing::{self, Selection, Surfaces, Walk};
+use crate::load::{Source, is_stdio};
+use crate::output::Target;
 use crate::report::Reporter;
 
-/// What there is to show of one stage.
+/// What there is to show.
 enum Listing {
     Tokens(Vec<Token>),
     Tree(Body),
-    Bytecode(Program),
+    /// These functions.
+    Bytecode(Program, Vec<u32>),
+    /// These stages of each surface function.
+    Surfaces(Arc<LoadedProgram>, Selection, Vec<Stage>),
 }
 
 pub(super) fn disasm(args: &DisasmArgs, reporter: &Reporter) -> Result<u8, Failure> {
-    let mut listings = Vec::new();
-    for stage in &args.emit {
-        let mut source = Source::read(&args.scene, &args.inputs, reporter)?;
-        let listing = listing(*stage, &mut source, reporter)?;
-        if let (Listing::Bytecode(program), Some(index)) = (&listing, args.function)
-            && index as usize >= program.functions.len()
-        {
-            return Err(Failure::Usage(format!(
-                "there is no function {index}; the main program is function {}",
-                program.main()
-            )));
-        }
-        listings.push((listing, source.sources));
+    if let Some(path) = &args.html {
+        page(args, path, reporter)?;
+        return Ok(0);
     }
+    let scene = Source::read(&args.scene, &args.inputs, reporter)?;
+    let mut listings = Vec::new();
+    for (stage, of_surfaces) in stages(args) {
+        // Each stage adds the files that it includes.
+        let mut source = scene.afresh();
+        let listing = match stage {
+            _ if !of_surfaces.is_empty() => {
+                let (program, selection) = program(args, &mut source, reporter)?;
+                Listing::Surfaces(program, selection, of_surfaces)
+            }
+            Stage::Tokens | Stage::Ast => listing(stage, &mut source, reporter)?,
+            _ => {
+                let program = source.compile(reporter)?;
+                let functions = selected(args, &program)?;
+                let all = (0..program.functions.len() as u32).rev().collect();
+                Listing::Bytecode(program, functions.unwrap_or(all))
+            }
+        };
+        listings.push((listing, source));
+    }
+    let mut outcome = Ok(());
     console::data(|out| {
-        for (idx, (listing, sources)) in listings.iter().enumerate() {
+        for (idx, (listing, source)) in listings.iter().enumerate() {
             if idx > 0 {
                 writeln!(out)?;
             }
-            show(listing, sources, args.function, out)?;
+            if let Listing::Surfaces(program, selection, stages) = listing {
+                let mut walk = Walk::new(selection.clone(), args.limits.machine());
+                let mut is_first = true;
+                outcome = walk_surfaces(&mut walk, args, source, program, reporter, &mut |shown| {
+                    if !std::mem::replace(&mut is_first, false) {
+                        writeln!(out)?;
+                    }
+                    listing::text::write(shown, stages, &program.bytecode, &source.sources, out)
+                });
+                if outcome.is_err() {
+                    break;
+                }
+            } else {
+                show(listing, &source.sources, out)?;
+            }
         }
         Ok(())
     })?;
-    Ok(0)
+    outcome.map(|()| 0)
+}
+
+/// The stages asked for. Those that are shown surface by surface come last, and together.
+fn stages(args: &DisasmArgs) -> Vec<(Stage, Vec<Stage>)> {
+    let all = match (&args.emit[..], args.surface) {
+        ([], Some(_)) => &[Stage::Bytecode, Stage::Clif, Stage::Asm],
+        ([], None) => &[Stage::Bytecode][..],
+        (emit, _) => emit,
+    };
+    let is_by_surface = args.surface.is_some() || all.iter().any(|stage| *stage > Stage::Bytecode);
+    if !is_by_surface {
+        return all.iter().map(|stage| (*stage, Vec::new())).collect();
+    }
+    let (of_program, of_surfaces): (Vec<Stage>, Vec<Stage>) =
+        all.iter().partition(|stage| **stage < Stage::Bytecode);
+    let mut stages: Vec<_> = of_program.into_iter().map(|stage| (stage, Vec::new())).collect();
+    stages.extend(of_surfaces.first().map(|first| (*first, of_surfaces.clone())));
+    stages
+}
+
+/// The compiled program, and which of its surfaces are wanted.
+fn program(
+    args: &DisasmArgs,
+    source: &mut Source<'_>,
+    reporter: &Reporter,
+) -> Result<(Arc<LoadedProgram>, Selection), Failure> {
+    let program = source.compile(reporter)?;
+    let functions = selected(args, &program)?;
+    let selection = Selection { surface: args.surface, functions };
+    Ok((Arc::new(LoadedProgram::new(program)), selection))
+}
+
+/// The functions that `--function` selects, if it is given.
+fn selected(args: &DisasmArgs, program: &Program) -> Result<Option<Vec<u32>>, Failure> {
+    let Some(word) = &args.function else { return Ok(None) };
+    let functions = listing::functions_named(program, word);
+    if functions.is_empty() {
+        let message = format!(
+            "there is no function {}; the main program is function {}",
+            clean(&shortened(word)),
+            program.main()
+        );
+        return Err(Failure::Usage(message));
+    }
+    Ok(Some(functions))
+}
+
+/// Runs the program and shows its surfaces.
+fn walk_surfaces(
+    walk: &mut Walk,
+    args: &DisasmArgs,
+    source: &Source<'_>,
+    program: &Arc<LoadedProgram>,
+    reporter: &Reporter,
+    show: &mut dyn FnMut(&Surfaces) -> io::Result<()>,
+) -> Result<(), Failure> {
+    let visit = &mut |job: &RenderJob<'_>| walk.visit(job, show);
+    run_visited(source, program, args.limits, reporter, visit)?;
+    match args.surface {
+        Some(surface) if surface >= walk.n_surfaces => Err(Failure::Usage(format!(
+            "there is no surface {surface}; the program renders {} of them, counted from 0",
+            walk.n_surfaces
+        ))),
+        _ => Ok(()),
+    }
+}
+
+/// Writes all surfaces as a page.
+fn page(args: &DisasmArgs, path: &Path, reporter: &Reporter) -> Result<(), Failure> {
+    let mut source = Source::read(&args.scene, &args.inputs, reporter)?;
+    let (program, selection) = program(args, &mut source, reporter)?;
+    let mut page = Page::new(&program.bytecode, &source.sources);
+    let mut walk = Walk::new(selection, args.limits.machine());
+    walk_surfaces(&mut walk, args, &source, &program, reporter, &mut |shown| {
+        page.add(shown);
+        Ok(())
+    })?;
+    let title = args.scene.display().to_string();
+    if is_stdio(path) {
+        return console::data(|out| page.write(&title, out));
+    }
+    Target::path(path.to_owned()).write_plain(&mut |out| page.write(&title, out))
 }
 
 fn listing(stage: Stage, source: &mut Source<'_>, reporter: &Reporter) -> Result<Listing, Failure> {
@@ -55,18 +173,12 @@ fn listing(stage: Stage, source: &mut Source<'_>, reporter: &Reporter) -> Result
     let (sources, root) = (&mut source.sources, source.root);
     let listing: Result<Listing, Vec<Diagnostic>> = match stage {
         Stage::Tokens => preprocess::tokens(sources, root, &mut includes).map(Listing::Tokens),
-        Stage::Ast => compiler::parse(sources, root, &mut includes).map(Listing::Tree),
-        Stage::Bytecode => return source.compile(reporter).map(Listing::Bytecode),
+        _ => compiler::parse(sources, root, &mut includes).map(Listing::Tree),
     };
     listing.map_err(|diagnostics| reporter.diagnostics(&diagnostics, &source.sources, None))
 }
 
-fn show(
-    listing: &Listing,
-    sources: &SourceMap,
-    function: Option<u32>,
-    out: &mut dyn Write,
-) -> io::Result<()> {
+fn show(listing: &Listing, sources: &SourceMap, out: &mut dyn Write) -> io::Result<()> {
     match listing {
         Listing::Tokens(tokens) => tokens.iter().try_for_each(|token| {
             let kind = token_kind(&token.kind);
@@ -78,13 +190,12 @@ fn show(
             )
         }),
         Listing::Tree(tree) => show_tree(tree, sources, out),
-        Listing::Bytecode(program) => {
-            let text = match function {
-                Some(index) => compiler::disasm::function(program, index, sources),
-                None => compiler::disasm::program(program, sources),
-            };
+        Listing::Bytecode(program, functions) => {
+            let text = compiler::disasm::functions(program, functions, sources);
             out.write_all(clean_lines(&text).as_bytes())
         }
+        // Found by running the program.
+        Listing::Surfaces(..) => Ok(()),
     }
 }
 

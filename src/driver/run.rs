@@ -1,6 +1,6 @@
 //! `gmlvm run`: compiles a scene, runs it, and writes the images it renders.
 
-use std::collections::BTreeMap;
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -11,7 +11,9 @@ use vm::program::LoadedProgram;
 use crate::args::{Engine, RunArgs};
 use crate::console;
 use crate::failure::Failure;
+use crate::listing::numbered;
 use crate::load::Source;
+use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::Renders;
 use crate::run::stats::{Counts, Phases, seconds};
@@ -29,6 +31,9 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
         instructions: functions.iter().map(|function| function.code.len()).sum(),
         ..Counts::default()
     };
+    if args.perf_map {
+        host.perf_map = Some(PerfMap::create(&program.bytecode, &source.sources)?);
+    }
     let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);
     host.stats.phases = Phases {
         read: seconds(source.read_time),
@@ -46,14 +51,17 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
             None => source.stopped(error.into_diagnostic(), reporter),
         });
     }
+    host.perf_map.take().map_or(Ok(()), PerfMap::finish)?;
     write_stats(args, host)?;
     Ok(0)
 }
 
-/// How the surface functions were evaluated, a line for each function and way.
+/// How the surface functions were evaluated, a line for each function and way. Surfaces are numbered
+/// through all images.
 fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> {
-    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
-    for report in reports {
+    let mut alike: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut by_line = HashMap::new();
+    for (number, report) in reports.iter().enumerate() {
         let how = match &report.evaluation {
             Evaluation::Constant => "constant".to_owned(),
             Evaluation::Native { n_bytes, n_uniforms } => {
@@ -64,11 +72,14 @@ fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> 
             }
             Evaluation::Cold => "interpreted: called too seldom to be worth compiling".to_owned(),
         };
-        *counts.entry(format!("surface at {}: {how}", source.place(report.span))).or_default() += 1;
+        let line = format!("{}: {how}", source.place(report.span));
+        let index = *by_line.entry(line.clone()).or_insert(alike.len());
+        if index == alike.len() {
+            alike.push((line, Vec::new()));
+        }
+        alike[index].1.push(number);
     }
-    let times =
-        |(line, n): (String, usize)| if n == 1 { line } else { format!("{line} ({n} times)") };
-    counts.into_iter().map(times).collect()
+    alike.iter().map(|(line, numbers)| format!("{} at {line}", numbered(numbers))).collect()
 }
 
 fn start_threads(args: &RunArgs) -> Result<(), Failure> {

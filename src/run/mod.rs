@@ -15,6 +15,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture};
 use crate::output::Problem;
+use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::naming::{Destination, Naming};
 use crate::run::plan::Plan;
@@ -39,6 +40,8 @@ pub(crate) struct Renders<'a> {
     pub(crate) stats: Stats,
     /// How the surface functions of all images were evaluated.
     pub(crate) surfaces: Vec<SurfaceReport>,
+    /// Who is told of machine code.
+    pub(crate) perf_map: Option<PerfMap>,
     /// Time spent on images.
     pub(crate) busy: Duration,
     /// Why the run ended, where no diagnostic can tell.
@@ -68,6 +71,7 @@ impl<'a> Renders<'a> {
             n_images: 0,
             stats: Stats::default(),
             surfaces: Vec::new(),
+            perf_map: None,
             busy: Duration::ZERO,
             stopped_by: None,
         })
@@ -123,6 +127,7 @@ impl<'a> Renders<'a> {
             engine: self.args.engine,
             is_linear: format == ImageFormat::Pfm,
             limits: self.args.limits.machine(),
+            perf_map: self.perf_map.as_ref(),
         };
         let traced = trace::trace_job(job, plan, settings, &|n| bar.inc(n));
         bar.finish_and_clear();

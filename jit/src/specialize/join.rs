@@ -51,6 +51,7 @@ impl Specializer<'_> {
         let joined = self.join_states(&mut meeting, &ends)?;
         for (&block, args) in meeting.ways.iter().zip(&meeting.args) {
             self.block = block;
+            self.site = self.last_site(block);
             let args = args.iter().map(|scalar| self.materialize(*scalar)).collect();
             self.end(block, Term::Jump(meeting.block, args));
         }

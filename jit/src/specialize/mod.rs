@@ -148,8 +148,15 @@ impl<'p> Specializer<'p> {
         debug_assert_eq!(types.len(), N_ARGUMENTS as usize);
         types.extend_from_slice(&outline.uniform_types);
         let n_uniforms = outline.uniforms.len() as u32;
-        let shader =
-            Shader { types, blocks: Vec::new(), tables: Vec::new(), n_uniforms, cost: 0, depth: 0 };
+        let shader = Shader {
+            types,
+            blocks: Vec::new(),
+            tables: Vec::new(),
+            n_uniforms,
+            functions: BTreeSet::new(),
+            cost: 0,
+            depth: 0,
+        };
         let mut specializer = Specializer {
             program,
             shader,
@@ -268,6 +275,7 @@ impl<'p> Specializer<'p> {
     ) -> Run<()> {
         let code = self.function(function);
         self.shader.cost += code.code.len() as u64;
+        self.shader.functions.insert(function);
         let ordinal = self.n_entries;
         self.n_entries += 1;
         let (captures, head) = self.loop_head(state, captures, ordinal)?;
@@ -282,8 +290,13 @@ impl<'p> Specializer<'p> {
     // Code.
 
     fn new_block(&mut self) -> Block {
-        let data = BlockData { params: Vec::new(), insts: Vec::new(), term: None, is_loop: false };
-        self.shader.blocks.push(data);
+        self.shader.blocks.push(BlockData {
+            params: Vec::new(),
+            insts: Vec::new(),
+            term: None,
+            site: self.site,
+            is_loop: false,
+        });
         Block(self.shader.blocks.len() as u32 - 1)
     }
 
@@ -308,7 +321,13 @@ impl<'p> Specializer<'p> {
     fn end(&mut self, block: Block, term: Term) {
         let data = &mut self.shader.blocks[block.0 as usize];
         debug_assert!(data.term.is_none());
-        data.term = Some(term);
+        data.term = Some((term, self.site));
+    }
+
+    /// Where the last instruction of a block comes from; the block itself, if it has none.
+    fn last_site(&self, block: Block) -> Site {
+        let data = &self.shader.blocks[block.0 as usize];
+        data.insts.last().map_or(data.site, |(_, _, site)| *site)
     }
 
     /// The interpreter must have a look: nothing follows.
