@@ -34,7 +34,7 @@ SCENE_FOLDERS = [
     ("contest", SHARED / "scenes" / "contest"),
     ("chicago", SHARED / "scenes" / "chicago"),
 ]
-PHASES = ["read", "compile", "run", "build", "trace", "write"]
+PHASES = ["read", "compile", "run", "build", "jit", "trace", "write"]
 RAYS = ["primary", "reflected", "shadow", "surface_calls"]
 FIELDS = ["set", "scene", "engine", "threads", "run_idx", "wall_s", "cpu_s", *PHASES, "images", "pixels", *RAYS]
 

@@ -19,6 +19,7 @@ mod runtime;
 pub mod shaders;
 mod sir;
 mod specialize;
+mod stopwatch;
 mod sym;
 mod unsupported;
 

@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Duration;
 
 use compiler::source::Span;
 use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
@@ -17,6 +18,7 @@ use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
 use crate::sir::{FACE, Shader, U, V};
 use crate::specialize::specialize;
+use crate::stopwatch::Stopwatch;
 use crate::unsupported::Unsupported;
 
 /// When surface functions are compiled.
@@ -73,6 +75,23 @@ pub struct SurfaceReport {
     pub evaluation: Evaluation,
 }
 
+/// Time spent on compiling so far, summed over threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CompileTimes {
+    /// From bytecode to SSA.
+    pub specialize: Duration,
+    /// From SSA to machine code.
+    pub generate: Duration,
+}
+
+impl CompileTimes {
+    /// Both.
+    #[must_use]
+    pub fn total(self) -> Duration {
+        self.specialize + self.generate
+    }
+}
+
 /// The shaders of one render job, shared by its threads.
 pub struct Shaders<'p> {
     program: &'p Arc<LoadedProgram>,
@@ -82,6 +101,8 @@ pub struct Shaders<'p> {
     /// Calls by interpretation, by function.
     calls: Vec<AtomicU32>,
     cache: Mutex<Cache>,
+    specializing: Stopwatch,
+    generating: Stopwatch,
 }
 
 #[derive(Default)]
@@ -118,6 +139,8 @@ impl<'p> Shaders<'p> {
             tiers: surfaces.iter().map(|_| OnceLock::new()).collect(),
             calls: program.bytecode.functions.iter().map(|_| AtomicU32::new(0)).collect(),
             cache: Mutex::default(),
+            specializing: Stopwatch::default(),
+            generating: Stopwatch::default(),
         };
         if tiering == Tiering::Eager {
             let mut interpreter = InterpSurfaces::new(program, surfaces, limits);
@@ -154,6 +177,12 @@ impl<'p> Shaders<'p> {
             SurfaceReport { span, evaluation }
         };
         self.surfaces.iter().zip(&self.tiers).map(of).collect()
+    }
+
+    /// Time spent on compiling by now.
+    #[must_use]
+    pub fn times(&self) -> CompileTimes {
+        CompileTimes { specialize: self.specializing.total(), generate: self.generating.total() }
     }
 
     /// The tier of a surface, decided now if it was not.
@@ -212,14 +241,17 @@ impl<'p> Shaders<'p> {
     }
 
     fn compile(&self, outline: &Outline) -> Result<Compiled, Unsupported> {
-        let shader = specialize(&self.program.bytecode, outline)?;
+        let shader = self.specializing.measure(|| specialize(&self.program.bytecode, outline))?;
         if is_constant(&shader) {
             return Ok(Compiled::Constant);
         }
         let Some(isa) = isa() else {
             return Err(self.declined(outline, "there is no code generator for this processor"));
         };
-        let code = Code::compile(&shader, &isa).map_err(|error| self.declined(outline, &error))?;
+        let code = self
+            .generating
+            .measure(|| Code::compile(&shader, &isa))
+            .map_err(|error| self.declined(outline, &error))?;
         Ok(Compiled::Native {
             code: Arc::new(code),
             n_uniforms: shader.n_uniforms,
