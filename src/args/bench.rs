@@ -76,8 +76,8 @@ Processor time is that of all threads. Phases are medians of their own, and rate
 tracing. With auto, compiling (jit) is part of tracing as well, and is summed over threads.
 
 With --surfaces each surface function is called alone, at a fixed spread of points on the faces of \
-the solids that have it: alike ones, with equal machine code, once for all. There all times are \
-processor times.";
+the solids that have it: alike ones, with equal machine code, once for all. There the times of \
+calls are processor times.";
 
 pub(super) const BENCH_EXAMPLES: &str = "\
 Examples:
