@@ -144,6 +144,7 @@ fn surfaces_are_benchmarked_alone() {
     assert_eq!(evaluations, ["native", "native", "constant", "declined"]);
     assert!(details[3]["reason"].as_str().expect("a reason").contains(" at s.gml:"));
     assert!(number(&details[1]["code_bytes"]) > 0.0 && number(&details[1]["generate"]) > 0.0);
+    assert_eq!((&details[1]["points"], &details[1]["failing_points"]), (&json!(1024), &json!(0)));
     assert!(number(&details[1]["ratio_to_first"]["ratio"]) > 0.0);
     assert_eq!((&details[2]["code_bytes"], &details[2]["generate"]), (&Value::Null, &json!(0.0)));
     assert!(results.iter().all(|result| result["times"].as_array().is_some_and(|t| t.len() == 6)));
@@ -166,7 +167,11 @@ fn surfaces_that_fail_and_surfaces_that_are_alike() {
     sandbox.file("s.gml", scene.replace("u 0.5 lessf", "u 2.0 lessf"));
     let ended = sandbox.run(&["bench", "s.gml", "--surfaces", "--runs", "1"]);
     assert_eq!(ended.code, 0);
-    assert!(ended.stderr.contains("function at s.gml:2:9 fails at all points"), "{}", ended.stderr);
+    assert!(
+        ended.stderr.contains("function at s.gml:2:9 fails wherever it is called"),
+        "{}",
+        ended.stderr
+    );
 }
 
 #[test]
@@ -278,4 +283,17 @@ fn the_rest_is_measured() {
     assert!(ended.stderr.contains(" --> bad.gml:1:1"), "{}", ended.stderr);
     assert!(ended.text().contains("ball.gml: 1 image"), "{}", ended.text());
     assert_eq!(json(&sandbox.read("b.json"))["results"].as_array().map(Vec::len), Some(3));
+}
+
+/// A function that never ends stops at its fuel, and is not asked for all of its points.
+#[test]
+fn surfaces_that_never_end() {
+    let sandbox = Sandbox::new();
+    let scene = "{ /self self self apply } /f { /v /u /face f f apply } sphere /s
+        1.0 1.0 1.0 point [ ] s 1 60.0 6 5 \"b.ppm\" render";
+    sandbox.file("s.gml", scene);
+    let args = ["bench", "s.gml", "--surfaces", "--runs", "1", "--fuel", "100000000"];
+    let ended = sandbox.run(&args);
+    assert_eq!(ended.code, 0, "{}", ended.stderr);
+    assert!(ended.stderr.contains("fails wherever it is called"), "{}", ended.stderr);
 }

@@ -78,6 +78,8 @@ pub(super) struct SurfaceDetails {
     pub(super) evaluation: &'static str,
     /// Why it was declined.
     pub(super) reason: Option<String>,
+    /// Points at which it is timed.
+    pub(super) points: usize,
     /// Points at which the function fails, and which are not timed.
     pub(super) failing_points: usize,
     pub(super) code_bytes: Option<usize>,

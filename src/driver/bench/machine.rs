@@ -79,16 +79,25 @@ impl ProcessorTime {
 fn system_time() -> Option<f64> {
     /// Linux shows processor times in this unit to all programs, on all machines.
     const TICKS_PER_SECOND: f64 = 100.0;
-    let status = fs::read_to_string("/proc/self/stat").ok()?;
-    // The name of the program stands in brackets and may hold anything.
+    Some(system_ticks(&fs::read_to_string("/proc/self/stat").ok()?)? / TICKS_PER_SECOND)
+}
+
+/// The field `stime`, the 15th.
+fn system_ticks(status: &str) -> Option<f64> {
+    // The second field, the name of the program, stands in brackets and may hold anything.
     let (_, fields) = status.rsplit_once(')')?;
-    let ticks: f64 = fields.split_whitespace().nth(12)?.parse().ok()?;
-    Some(ticks / TICKS_PER_SECOND)
+    fields.split_whitespace().nth(12)?.parse().ok()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn system_time_is_found_behind_any_name() {
+        let status = "71 (a) 1 (b) R 3 4 5 6 7 8 9 10 11 12 250 17 16 17 18 19 20";
+        assert_eq!((system_ticks(status), system_ticks("71 (a")), (Some(17.0), None));
+    }
 
     #[test]
     fn work_takes_processor_time() {
