@@ -34,7 +34,7 @@ gallery:
     done
     cargo run --release --quiet -- run scenes/showpiece.gml --size 960x640 --format png -o docs/gallery
 
-# The interpreter on three surface functions, ns a call.
+# Surface functions interpreted, as machine code, in Rust and in Lua, ns a call.
 bench:
     cargo bench --bench surfaces
 

@@ -34,7 +34,7 @@ SCENE_FOLDERS = [
     ("contest", SHARED / "scenes" / "contest"),
     ("chicago", SHARED / "scenes" / "chicago"),
 ]
-PHASES = ["read", "compile", "run", "build", "trace", "write"]
+PHASES = ["read", "compile", "run", "build", "jit", "trace", "write"]
 RAYS = ["primary", "reflected", "shadow", "surface_calls"]
 FIELDS = ["set", "scene", "engine", "threads", "run_idx", "wall_s", "cpu_s", *PHASES, "images", "pixels", *RAYS]
 
@@ -130,34 +130,29 @@ def scene_table(lines, variants):
 
 
 def run_kernels(out):
-    """Three runs of the kernel benchmark; returns its lines as (run, kernel, engine, median, min)."""
+    """Three runs of the kernel benchmark; returns the fields of its lines behind the run's number."""
     rows = []
     for run_idx in range(3):
         command = ["cargo", "bench", "--quiet", "--bench", "surfaces"]
         text = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True).stdout
-        for line in text.splitlines()[1:]:
-            head, middle = line[:28].rstrip(), line[28:].split()
-            kernel, engine = head.split(maxsplit=1)
-            rows.append((run_idx, kernel, engine, float(middle[0]), float(middle[1])))
+        rows += [[str(run_idx), *line.split()] for line in text.splitlines()[1:]]
     with open(out / "kernels.csv", "w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["run_idx", "kernel", "engine", "median_ns", "min_ns"])
+        writer.writerow(["run_idx", "function", "engine", "median_ns", "min_ns", "of_rust"])
         writer.writerows(rows)
     return rows
 
 
 def kernel_table(rows):
-    yield "| kernel | engine | ns (median of the runs' medians) | fastest | of gmlvm's (median) |"
+    yield "| function | engine | ns (median of the runs' medians) | fastest | of Rust (median) |"
     yield "| --- | --- | ---: | ---: | ---: |"
-    for kernel, engine in dict.fromkeys((row[1], row[2]) for row in rows):
-        runs = {}
-        for run_idx, k, e, ns, _ in rows:
-            if k == kernel:
-                runs.setdefault(run_idx, {})[e] = ns
-        ns = statistics.median(run[engine] for run in runs.values())
-        fastest = min(row[4] for row in rows if row[1:3] == (kernel, engine))
-        ratio = statistics.median(run[engine] / run["gmlvm"] for run in runs.values())
-        yield f"| {kernel} | {engine} | {ns:.2f} | {fastest:.2f} | {ratio:.3f} |"
+    for function, engine in dict.fromkeys((row[1], row[2]) for row in rows):
+        runs = [row[3:] for row in rows if row[1:3] == [function, engine]]
+        ns = statistics.median(float(run[0]) for run in runs)
+        fastest = min(float(run[1]) for run in runs)
+        ratios = [float(run[2]) for run in runs if run[2] != "-"]
+        ratio = f"{statistics.median(ratios):.3f}" if ratios else "–"
+        yield f"| {function} | {engine} | {ns:.2f} | {fastest:.2f} | {ratio} |"
 
 
 def main():

@@ -7,6 +7,11 @@ use clap::{Parser, Subcommand, ValueEnum};
 
 use crate::values::{self, Definition, Region, Size};
 
+pub(crate) use bench::BenchArgs;
+use bench::{BENCH_ABOUT, BENCH_EXAMPLES};
+
+mod bench;
+
 /// Compile, run, inspect and measure GML scenes.
 ///
 /// GML is the stack language of the ICFP 2000 programming contest, whose programs describe solids
@@ -23,7 +28,7 @@ pub(crate) struct Args {
 const EXIT_CODES: &str = "\
 Exit codes:
   0   done (diff: the images are the same)
-  1   the GML program is wrong (diff: the images differ)
+  1   the GML program is wrong (diff: the images differ; bench: those of two engines)
   2   wrong command line, or an input cannot be read
   3   an output could not be written
   4   a limit was reached
@@ -81,12 +86,15 @@ pub(crate) enum Command {
     /// Compare two images
     #[command(long_about = DIFF_ABOUT)]
     Diff(DiffArgs),
+    /// Time engines and numbers of threads against one another
+    #[command(long_about = BENCH_ABOUT, after_long_help = BENCH_EXAMPLES)]
+    Bench(BenchArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
 }
 
 /// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 7] = ["run", "check", "disasm", "eval", "diff", "explain", "help"];
+const COMMANDS: [&str; 8] = ["run", "check", "disasm", "eval", "diff", "bench", "explain", "help"];
 
 /// What goes into a program besides its text.
 #[derive(Clone, Debug, clap::Args)]
@@ -126,8 +134,26 @@ pub(crate) struct LimitArgs {
     pub(crate) max_reflections: u32,
 }
 
+/// What the command line changes in a picture.
+#[derive(Clone, Copy, Debug, clap::Args)]
+#[command(next_help_heading = "Picture")]
+pub(crate) struct PictureArgs {
+    /// The rules of shading: of 2000, of 2003, or by whether `render` gets an attenuation point
+    #[arg(long, value_name = "DIALECT", default_value = "auto")]
+    pub(crate) dialect: Dialect,
+    /// Render all images in this size
+    #[arg(long, value_name = "WxH", value_parser = values::size)]
+    pub(crate) size: Option<Size>,
+    /// Render all images with this reflection depth
+    #[arg(long, value_name = "N")]
+    pub(crate) depth: Option<u32>,
+    /// Render only these pixels; the rest of the image is black
+    #[arg(long, value_name = "X,Y,W,H", value_parser = values::region)]
+    pub(crate) region: Option<Region>,
+}
+
 /// `gmlvm run`.
-#[derive(Debug, clap::Args)]
+#[derive(Clone, Debug, clap::Args)]
 pub(crate) struct RunArgs {
     /// The program; - is the standard input
     pub(crate) scene: PathBuf,
@@ -163,19 +189,8 @@ pub(crate) struct RunArgs {
     #[arg(long, help_heading = "Engine")]
     pub(crate) perf_map: bool,
 
-    /// The rules of shading: of 2000, of 2003, or by whether `render` gets an attenuation point
-    #[arg(long, value_name = "DIALECT", default_value = "auto", help_heading = "Picture")]
-    pub(crate) dialect: Dialect,
-    /// Render all images in this size
-    #[arg(long, value_name = "WxH", value_parser = values::size, help_heading = "Picture")]
-    pub(crate) size: Option<Size>,
-    /// Render all images with this reflection depth
-    #[arg(long, value_name = "N", help_heading = "Picture")]
-    pub(crate) depth: Option<u32>,
-    /// Render only these pixels; the rest of the image is black
-    #[arg(long, value_name = "X,Y,W,H", value_parser = values::region, help_heading = "Picture")]
-    pub(crate) region: Option<Region>,
-
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
 }
@@ -219,6 +234,17 @@ pub(crate) enum Engine {
     Interp,
     /// As machine code
     Jit,
+}
+
+impl Engine {
+    /// The word for it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Engine::Auto => "auto",
+            Engine::Interp => "interp",
+            Engine::Jit => "jit",
+        }
+    }
 }
 
 /// The rules of shading.
@@ -414,7 +440,7 @@ mod tests {
         Args::command().debug_assert();
         let names: Vec<_> =
             Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..6]);
+        assert_eq!(names, COMMANDS[..7]);
     }
 
     #[test]

@@ -19,6 +19,8 @@ pub(crate) enum Failure {
     Shown(Class),
     /// The command line asks for something impossible, or an input cannot be read.
     Usage(String),
+    /// Two engines gave different results.
+    Unequal(String),
     /// Something other than an image could not be written.
     Output(String),
     /// Whoever read the standard output wants no more: nothing to report.
@@ -30,9 +32,20 @@ impl Failure {
     pub(crate) fn exit_code(&self) -> u8 {
         match self {
             Failure::Shown(class) => class_exit_code(*class),
+            Failure::Unequal(_) => class_exit_code(Class::Program),
             Failure::Usage(_) => class_exit_code(Class::Usage),
             Failure::Output(_) => class_exit_code(Class::Output),
             Failure::ClosedPipe => EXIT_CLOSED_PIPE,
+        }
+    }
+
+    /// What the user has not been told yet.
+    pub(crate) fn message(&self) -> Option<&str> {
+        match self {
+            Failure::Usage(message) | Failure::Unequal(message) | Failure::Output(message) => {
+                Some(message)
+            }
+            Failure::Shown(_) | Failure::ClosedPipe => None,
         }
     }
 

@@ -4,7 +4,6 @@
 
 use std::process::ExitCode;
 
-use crate::failure::Failure;
 use crate::report::Reporter;
 
 mod args;
@@ -33,7 +32,7 @@ fn main() -> ExitCode {
     match ended {
         Ok(Ok(code)) => ExitCode::from(code),
         Ok(Err(failure)) => {
-            if let Failure::Usage(message) | Failure::Output(message) = &failure {
+            if let Some(message) = failure.message() {
                 reporter.message(message);
             }
             ExitCode::from(failure.exit_code())

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use jit::shaders::{Observer, Shaders, SurfaceReport, Tiering};
+use rayon::ThreadPool;
 use renderer::image::{Image, Pixel};
 use renderer::scene::Scene;
 use renderer::shade::RayCounts;
@@ -31,7 +32,9 @@ pub(crate) struct Traced {
     pub(crate) n_surfaces: usize,
     /// How long it took to make the scene traceable.
     pub(crate) build_time: Duration,
-    /// How long the rays took.
+    /// How long compiling surface functions took, summed over threads.
+    pub(crate) jit_time: Duration,
+    /// How long the rays took, with what was compiled on their way.
     pub(crate) trace_time: Duration,
 }
 
@@ -41,6 +44,8 @@ pub(crate) type TraceFailure = renderer::Failure<Box<Error>>;
 /// How an image is traced, besides what its plan says.
 #[derive(Clone, Copy)]
 pub(crate) struct Settings<'s> {
+    /// The threads that trace.
+    pub(crate) threads: &'s ThreadPool,
     /// What evaluates surface functions.
     pub(crate) engine: Engine,
     /// Linear light in place of bytes.
@@ -62,7 +67,7 @@ pub(crate) fn trace_job(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
     let start = Instant::now();
-    let (scene, surfaces): (Scene, _) = surfaces::scene(&job.object);
+    let (scene, surfaces): (Scene, _) = settings.threads.install(|| surfaces::scene(&job.object));
     let built = Instant::now();
     let limits = settings.limits;
     let shaders = match settings.engine {
@@ -74,6 +79,9 @@ pub(crate) fn trace_job(
     let observer = observe.as_ref().map(|observe| observe as Observer<'_>);
     let shaders =
         shaders.map(|tiering| Shaders::observed(job.program, &surfaces, limits, tiering, observer));
+    let made = Instant::now();
+    let times = || shaders.as_ref().map_or(Duration::ZERO, |shaders| shaders.times().total());
+    let times_before = times();
     let (picture, rays) = match &shaders {
         Some(shaders) => trace(&scene, plan, settings, || shaders.worker(), progress)?,
         None => {
@@ -81,6 +89,8 @@ pub(crate) fn trace_job(
             trace(&scene, plan, settings, worker, progress)?
         }
     };
+    let trace_time = made.elapsed();
+    let jit_time = (made - built) + (times() - times_before);
     Ok(Traced {
         picture,
         rays,
@@ -88,7 +98,8 @@ pub(crate) fn trace_job(
         surfaces: shaders.map(|shaders| shaders.report()).unwrap_or_default(),
         n_surfaces: surfaces.len(),
         build_time: built - start,
-        trace_time: built.elapsed(),
+        jit_time,
+        trace_time,
     })
 }
 
@@ -96,16 +107,18 @@ fn trace<E: SurfaceEval<Error = Box<Error>> + Send>(
     scene: &Scene,
     plan: &Plan,
     settings: Settings<'_>,
-    worker: impl Fn() -> E + Sync,
+    worker: impl Fn() -> E + Send + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Picture, RayCounts), TraceFailure> {
     let Plan { view, illumination } = plan;
-    if settings.is_linear {
+    settings.threads.install(|| {
+        if settings.is_linear {
+            let traced = renderer::render(scene, illumination, view, worker, progress)?;
+            return Ok(picture(traced, Pixels::Linear));
+        }
         let traced = renderer::render(scene, illumination, view, worker, progress)?;
-        return Ok(picture(traced, Pixels::Linear));
-    }
-    let traced = renderer::render(scene, illumination, view, worker, progress)?;
-    Ok(picture(traced, Pixels::Bytes))
+        Ok(picture(traced, Pixels::Bytes))
+    })
 }
 
 fn picture<P: Pixel>(

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::sync::Arc;
+use std::time::Duration;
 
 use compiler::bytecode::Constant;
 use compiler::diagnostic::Code;
@@ -50,6 +51,8 @@ impl fmt::Display for Region {
 pub(crate) struct Definition {
     pub(crate) name: Arc<str>,
     pub(crate) value: Constant,
+    /// `NAME=VALUE`, as written.
+    pub(crate) text: String,
 }
 
 /// Reads `WxH`.
@@ -85,6 +88,18 @@ pub(crate) fn bytes(text: &str) -> Result<u64, String> {
     number.checked_mul(1 << shift).ok_or_else(|| "is more than there can be".to_owned())
 }
 
+/// Reads a time above zero, with `s` or `ms`; without either it is in seconds.
+pub(crate) fn duration(text: &str) -> Result<Duration, String> {
+    let (number, unit) = match text.strip_suffix("ms") {
+        Some(number) => (number, 1e-3),
+        None => (text.strip_suffix('s').unwrap_or(text), 1.0),
+    };
+    let seconds = number.parse::<f64>().ok().filter(|seconds| *seconds > 0.0);
+    seconds
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds * unit).ok())
+        .ok_or_else(|| "write a time above zero, as in 10s or 500ms".to_owned())
+}
+
 /// Reads a tolerance: a real that is not negative.
 pub(crate) fn tolerance(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
@@ -114,7 +129,7 @@ pub(crate) fn definition(text: &str) -> Result<Definition, String> {
         Err(Code::ReservedBinder) => return Err(format!("`{name}` is reserved")),
         _ => return Err(format!("`{name}` is not a name: letters, then digits, `-` and `_`")),
     };
-    Ok(Definition { name, value: constant(value)? })
+    Ok(Definition { name, value: constant(value)?, text: text.to_owned() })
 }
 
 fn constant(text: &str) -> Result<Constant, String> {
@@ -146,7 +161,7 @@ mod tests {
     #[test]
     fn definitions_are_read_as_gml_would() {
         let show = |text: &str| match definition(text) {
-            Ok(Definition { name, value }) => format!("{name} {value:?}"),
+            Ok(Definition { name, value, .. }) => format!("{name} {value:?}"),
             Err(error) => format!("error: {error}"),
         };
         assert_eq!(show("n=5"), "n Int(5)");
@@ -174,6 +189,16 @@ mod tests {
         let clipped = region.clipped(8, 100).expect("overlaps");
         assert_eq!((clipped.width, clipped.height), (6, 10));
         assert!(region.clipped(2, 100).is_none());
+    }
+
+    #[test]
+    fn durations() {
+        assert_eq!(duration("10s"), Ok(Duration::from_secs(10)));
+        assert_eq!(duration("0.5"), Ok(Duration::from_millis(500)));
+        assert_eq!(duration("250ms"), Ok(Duration::from_millis(250)));
+        assert!(
+            ["0", "-1s", "s", "NaN", "inf", "1e300s"].iter().all(|text| duration(text).is_err())
+        );
     }
 
     #[test]

@@ -255,9 +255,10 @@ fn statistics_are_json() {
     sandbox.file("s.gml", ball("a.ppm") + &ball("b.ppm"));
     let ended = sandbox.run(&["s.gml", "-q", "--stats", "-"]);
     let stats: serde_json::Value = serde_json::from_slice(&ended.stdout).expect("JSON");
-    for phase in ["read", "compile", "run", "build", "trace", "write"] {
+    for phase in ["read", "compile", "run", "build", "jit", "trace", "write"] {
         assert!(stats["phases"][phase].as_f64().expect("a number") >= 0.0, "{phase}");
     }
+    assert!(stats["total"].as_f64().expect("a number") > 0.0);
     assert_eq!((&stats["counts"]["images"], &stats["counts"]["pixels"]), (&2.into(), &96.into()));
     assert_eq!(
         (&stats["rays"]["primary"], &stats["images"][1]["file"]),

@@ -22,6 +22,7 @@ mod runtime;
 pub mod shaders;
 mod sir;
 mod specialize;
+mod stopwatch;
 mod sym;
 mod text;
 mod unsupported;

@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Duration;
 
 use compiler::source::Span;
 use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
@@ -17,6 +18,7 @@ use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
 use crate::sir::{FACE, Shader, U, V};
 use crate::specialize::specialize;
+use crate::stopwatch::Stopwatch;
 use crate::text::Text;
 use crate::unsupported::Unsupported;
 
@@ -97,6 +99,23 @@ pub struct Region {
 /// Is told of each piece of machine code once it is made, by the thread that made it.
 pub type Observer<'o> = &'o (dyn Fn(Region) + Sync);
 
+/// Time spent on compiling so far, summed over threads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CompileTimes {
+    /// From bytecode to SSA.
+    pub specialize: Duration,
+    /// From SSA to machine code.
+    pub generate: Duration,
+}
+
+impl CompileTimes {
+    /// Both.
+    #[must_use]
+    pub fn total(self) -> Duration {
+        self.specialize + self.generate
+    }
+}
+
 /// The shaders of one render job, shared by its threads.
 pub struct Shaders<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
@@ -107,6 +126,8 @@ pub struct Shaders<'p> {
     spent: Vec<AtomicU64>,
     cache: Mutex<Cache>,
     observer: Option<Observer<'p>>,
+    specializing: Stopwatch,
+    generating: Stopwatch,
 }
 
 /// What is known of a surface.
@@ -184,6 +205,8 @@ impl<'p> Shaders<'p> {
             spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
             observer,
+            specializing: Stopwatch::default(),
+            generating: Stopwatch::default(),
         };
         if tiering == Tiering::Eager {
             let mut interpreter = InterpSurfaces::new(program, surfaces, limits);
@@ -223,6 +246,12 @@ impl<'p> Shaders<'p> {
             SurfaceReport { span, evaluation }
         };
         self.surfaces.iter().zip(&self.slots).map(of).collect()
+    }
+
+    /// Time spent on compiling by now.
+    #[must_use]
+    pub fn times(&self) -> CompileTimes {
+        CompileTimes { specialize: self.specializing.total(), generate: self.generating.total() }
     }
 
     /// Counts a call by interpretation, and decides how to go on when the time has come. `sample` is
@@ -266,7 +295,7 @@ impl<'p> Shaders<'p> {
             return Err(self.declined(index, "the limits on it are tight"));
         }
         let compile = || {
-            let code = self.code(index, shader, None)?;
+            let code = self.generating.measure(|| self.code(index, shader, None))?;
             if let Some(observer) = self.observer {
                 let span = self.span(index);
                 observer(Region { span, address: code.address(), n_bytes: code.n_bytes });
@@ -294,7 +323,8 @@ impl<'p> Shaders<'p> {
         self.slots[index].variant.get_or_init(|| {
             let (outline, cell) = self.cell(&self.surfaces[index]);
             let variant = cell.get_or_init(|| {
-                let shader = specialize(&self.program.bytecode, &outline)?;
+                let work = || specialize(&self.program.bytecode, &outline);
+                let shader = self.specializing.measure(work)?;
                 let needs = needs(&shader);
                 Ok(Arc::new(Variant {
                     shader,

@@ -164,6 +164,11 @@ impl<R: Real> Scene<R> {
         self.leaves.len()
     }
 
+    /// Kind and surface function of each shape.
+    pub fn shapes(&self) -> impl Iterator<Item = (ShapeKind, SurfaceId)> {
+        self.leaves.iter().map(|leaf| (leaf.kind, leaf.surface))
+    }
+
     /// The world-space surface that a face of a leaf is part of.
     pub(crate) fn face_surface(&self, leaf: &Leaf<R>, face: u8) -> u32 {
         self.face_surfaces[leaf.first_face as usize + face as usize]

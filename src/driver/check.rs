@@ -9,7 +9,7 @@ pub(super) fn check(args: &CheckArgs, reporter: &Reporter) -> Result<u8, Failure
     let mut code = 0;
     for scene in &args.scenes {
         if let Err(failure) = run_without_images(scene, &args.inputs, args.limits, reporter) {
-            if let Failure::Usage(message) = &failure {
+            if let Some(message) = failure.message() {
                 reporter.message(message);
             }
             if code == 0 {

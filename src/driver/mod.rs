@@ -5,6 +5,7 @@ use crate::failure::Failure;
 use crate::report::Reporter;
 
 mod accept;
+mod bench;
 mod check;
 mod diff;
 mod disasm;
@@ -23,6 +24,7 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Disasm(args) => disasm::disasm(args, reporter),
         Command::Eval(args) => eval::eval(args, reporter),
         Command::Diff(args) => diff::diff(args),
+        Command::Bench(args) => bench::bench(args, reporter),
         Command::Explain(args) => explain::explain(args),
     }
 }

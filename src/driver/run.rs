@@ -5,10 +5,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use jit::shaders::{Evaluation, SurfaceReport};
+use rayon::ThreadPool;
 use vm::machine::Machine;
 use vm::program::LoadedProgram;
 
-use crate::args::{Engine, RunArgs};
+use crate::args::RunArgs;
 use crate::console;
 use crate::failure::Failure;
 use crate::listing::numbered;
@@ -19,8 +20,23 @@ use crate::run::Renders;
 use crate::run::stats::{Counts, Phases, seconds};
 
 pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
-    let mut host = Renders::new(args, reporter)?;
-    start_threads(args)?;
+    let threads = threads(args.threads.map_or(0, usize::from))?;
+    let mut host = Renders::new(args, &threads, reporter)?;
+    execute(args, &mut host, reporter)?;
+    write_stats(args, threads.current_num_threads(), host)?;
+    Ok(0)
+}
+
+/// Reads, compiles and runs a scene. What that took is in the host's statistics then.
+///
+/// # Errors
+/// When something is wrong; with the program, the user has been told.
+pub(super) fn execute(
+    args: &RunArgs,
+    host: &mut Renders<'_>,
+    reporter: &Reporter,
+) -> Result<(), Failure> {
+    let start = Instant::now();
     let mut source = Source::read(&args.scene, &args.inputs, reporter)?;
     let compile_start = Instant::now();
     let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
@@ -34,26 +50,35 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
     if args.perf_map {
         host.perf_map = Some(PerfMap::create(&program.bytecode, &source.sources)?);
     }
-    let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);
+    let outcome = Machine::new(&program, args.limits.machine()).run(host);
+    host.stats.total = seconds(start.elapsed().saturating_sub(host.hash_time));
     host.stats.phases = Phases {
         read: seconds(source.read_time),
         compile: seconds(run_start - compile_start),
         run: seconds(run_start.elapsed().saturating_sub(host.busy)),
         ..host.stats.phases
     };
-    reporter.detail(&host.stats.phases_line());
-    for line in surface_lines(&host.surfaces, &source) {
-        reporter.detail(&line);
+    if reporter.verbose {
+        reporter.detail(&host.stats.phases_line());
+        for line in surface_lines(&host.surfaces, &source) {
+            reporter.detail(&line);
+        }
     }
-    if let Err(error) = outcome {
-        return Err(match host.stopped_by {
-            Some(failure) => failure,
-            None => source.stopped(error.into_diagnostic(), reporter),
-        });
-    }
-    host.perf_map.take().map_or(Ok(()), PerfMap::finish)?;
-    write_stats(args, host)?;
-    Ok(0)
+    outcome.map_err(|error| match host.stopped_by.take() {
+        Some(failure) => failure,
+        None => source.stopped(error.into_diagnostic(), reporter),
+    })?;
+    host.perf_map.take().map_or(Ok(()), PerfMap::finish)
+}
+
+/// A pool of so many threads; 0 stands for one per processor.
+///
+/// # Errors
+/// When the system does not give them.
+pub(super) fn threads(n: usize) -> Result<ThreadPool, Failure> {
+    rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(|error| {
+        Failure::Usage(format!("cannot start the threads: {}", console::reason(&error)))
+    })
 }
 
 /// How the surface functions were evaluated, a line for each function and way. Surfaces are numbered
@@ -82,22 +107,11 @@ fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> 
     alike.iter().map(|(line, numbers)| format!("{} at {line}", numbered(numbers))).collect()
 }
 
-fn start_threads(args: &RunArgs) -> Result<(), Failure> {
-    let n_threads = args.threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new().num_threads(n_threads).build_global().map_err(|error| {
-        Failure::Usage(format!("cannot start the threads: {}", console::reason(&error)))
-    })
-}
-
-fn write_stats(args: &RunArgs, mut host: Renders<'_>) -> Result<(), Failure> {
+fn write_stats(args: &RunArgs, n_threads: usize, mut host: Renders<'_>) -> Result<(), Failure> {
     let Some(path) = &args.stats else { return Ok(()) };
     host.stats.version = env!("CARGO_PKG_VERSION");
     host.stats.scene = args.scene.display().to_string();
-    host.stats.engine = match args.engine {
-        Engine::Auto => "auto",
-        Engine::Interp => "interp",
-        Engine::Jit => "jit",
-    };
-    host.stats.threads = rayon::current_num_threads();
+    host.stats.engine = args.engine.name();
+    host.stats.threads = n_threads;
     host.stats.write(path)
 }

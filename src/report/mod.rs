@@ -37,6 +37,11 @@ impl Reporter {
         Reporter { format: message_format, color, quiet, verbose }
     }
 
+    /// The same, but for errors only.
+    pub(crate) fn of_errors(self) -> Self {
+        Reporter { quiet: true, verbose: false, ..self }
+    }
+
     /// Shows an error that has no place in a program.
     pub(crate) fn message(&self, message: &str) {
         console::say(&match self.format {

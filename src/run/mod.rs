@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use compiler::diagnostic::{Code, Diagnostic};
 use compiler::source::Span;
 use jit::shaders::SurfaceReport;
+use rayon::ThreadPool;
 use vm::host::{Host, RenderJob};
 
 use crate::args::{ImageFormat, RunArgs};
@@ -17,23 +18,26 @@ use crate::formats::{self, Picture};
 use crate::output::Problem;
 use crate::perf::PerfMap;
 use crate::report::Reporter;
-use crate::run::naming::{Destination, Naming};
+use crate::run::digest::Digest;
+use crate::run::naming::{Destination, Naming, Sink};
 use crate::run::plan::Plan;
 use crate::run::stats::{ImageStats, Stats, seconds};
 use crate::trace::{self, Settings, TraceFailure, Traced};
 use crate::values::Size;
 
+pub(crate) mod digest;
 pub(crate) mod plan;
+pub(crate) mod progress;
 pub(crate) mod stats;
 
 mod limits;
 mod naming;
-mod progress;
 
-/// The host of `gmlvm run`.
+/// The host of `gmlvm run`, and of each run of `gmlvm bench`.
 pub(crate) struct Renders<'a> {
     args: &'a RunArgs,
     reporter: &'a Reporter,
+    threads: &'a ThreadPool,
     naming: Naming,
     n_images: u64,
     /// What the images took.
@@ -44,6 +48,9 @@ pub(crate) struct Renders<'a> {
     pub(crate) perf_map: Option<PerfMap>,
     /// Time spent on images.
     pub(crate) busy: Duration,
+    /// The files that went to memory, and the time that hashing them took.
+    pub(crate) digest: Digest,
+    pub(crate) hash_time: Duration,
     /// Why the run ended, where no diagnostic can tell.
     pub(crate) stopped_by: Option<Failure>,
 }
@@ -53,7 +60,11 @@ impl<'a> Renders<'a> {
     ///
     /// # Errors
     /// When the options contradict one another, or image bytes would go to a terminal.
-    pub(crate) fn new(args: &'a RunArgs, reporter: &'a Reporter) -> Result<Self, Failure> {
+    pub(crate) fn new(
+        args: &'a RunArgs,
+        threads: &'a ThreadPool,
+        reporter: &'a Reporter,
+    ) -> Result<Self, Failure> {
         let naming = Naming::new(args)?;
         if matches!(naming, Naming::Stdout) {
             let usage = |message: &str| Err(Failure::Usage(message.to_owned()));
@@ -64,36 +75,55 @@ impl<'a> Renders<'a> {
                 return usage("will not write image bytes to a terminal; redirect the output");
             }
         }
-        Ok(Renders {
+        Ok(Renders::with(naming, args, threads, reporter))
+    }
+
+    /// A host that writes images to memory only.
+    pub(crate) fn to_memory(
+        args: &'a RunArgs,
+        threads: &'a ThreadPool,
+        reporter: &'a Reporter,
+    ) -> Self {
+        Renders::with(Naming::Memory, args, threads, reporter)
+    }
+
+    fn with(
+        naming: Naming,
+        args: &'a RunArgs,
+        threads: &'a ThreadPool,
+        reporter: &'a Reporter,
+    ) -> Self {
+        Renders {
             args,
             reporter,
+            threads,
             naming,
             n_images: 0,
             stats: Stats::default(),
             surfaces: Vec::new(),
             perf_map: None,
             busy: Duration::ZERO,
+            digest: Digest::default(),
+            hash_time: Duration::ZERO,
             stopped_by: None,
-        })
+        }
     }
 
     fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let start = Instant::now();
-        let Size { width, height } = plan::size(job, self.args);
+        let Size { width, height } = plan::size(job, &self.args.picture);
         self.args.limits.check(job, self.n_images, width, height)?;
-        let plan = Plan::new(job, self.args).map_err(|failure| self.stop(failure))?;
+        let plan = Plan::new(job, &self.args.picture).map_err(|failure| self.stop(failure))?;
         let destination = self.destination(job)?;
-        let shown = match &destination.file {
-            Some(target) => clean(&target.shown().to_string_lossy()).into_owned(),
-            None => "-".to_owned(),
+        let shown = match &destination.sink {
+            Sink::File(target) => clean(&target.shown().to_string_lossy()).into_owned(),
+            Sink::Stdout | Sink::Memory => "-".to_owned(),
         };
         let traced = self.trace(job, &plan, destination.format, &shown)?;
-        let write_start = Instant::now();
-        self.write(&destination, &traced.picture, job, &shown)?;
-        let write_time = write_start.elapsed();
+        let write_time = self.write(&destination, &traced.picture, job, &shown)?;
         let time = start.elapsed().as_secs_f64();
         self.reporter.note(&format!("{shown}  {width}x{height}  {time:.2} s"));
-        let file = destination.file.is_some().then_some(shown);
+        let file = matches!(destination.sink, Sink::File(_)).then_some(shown);
         self.stats.add(image_stats(file, job, &plan, &traced, write_time));
         self.surfaces.extend(traced.surfaces);
         Ok(())
@@ -107,7 +137,7 @@ impl<'a> Renders<'a> {
                 let path = self.args.out_dir.join(&*job.name);
                 unwritable(problem, job, &path.to_string_lossy(), &self.args.out_dir)
             })?;
-        if destination.file.is_none() && self.n_images > 1 {
+        if matches!(destination.sink, Sink::Stdout) && self.n_images > 1 {
             let message = "the scene renders more than one image, and the standard output has room \
                            for one; use `--output NAME` with {n} in the name";
             return Err(self.stop(Failure::Usage(message.to_owned())));
@@ -124,6 +154,7 @@ impl<'a> Renders<'a> {
     ) -> Result<Traced, Box<Diagnostic>> {
         let bar = progress::bar(shown, plan.n_pixels(), self.reporter.quiet);
         let settings = Settings {
+            threads: self.threads,
             engine: self.args.engine,
             is_linear: format == ImageFormat::Pfm,
             limits: self.args.limits.machine(),
@@ -134,21 +165,33 @@ impl<'a> Renders<'a> {
         traced.map_err(|failure| surface_error(failure, job))
     }
 
+    /// Writes an image; returns how long that took.
     fn write(
         &mut self,
         destination: &Destination,
         picture: &Picture,
         job: &RenderJob<'_>,
         shown: &str,
-    ) -> Result<(), Box<Diagnostic>> {
+    ) -> Result<Duration, Box<Diagnostic>> {
+        let start = Instant::now();
         let format = destination.format;
-        match &destination.file {
-            None => console::data(|out| formats::write(format, picture, out))
-                .map_err(|failure| self.stop(failure)),
-            Some(target) => target
+        match &destination.sink {
+            Sink::Stdout => console::data(|out| formats::write(format, picture, out))
+                .map_err(|failure| self.stop(failure))?,
+            Sink::File(target) => target
                 .write(&mut |out| formats::write(format, picture, out))
-                .map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir)),
+                .map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir))?,
+            Sink::Memory => {
+                let mut file = Vec::new();
+                formats::write(format, picture, &mut file)
+                    .map_err(|error| unwritable(error.into(), job, shown, &self.args.out_dir))?;
+                let write_time = start.elapsed();
+                self.digest.add(&file);
+                self.hash_time += start.elapsed() - write_time;
+                return Ok(write_time);
+            }
         }
+        Ok(start.elapsed())
     }
 
     /// Ends the program for a reason that is none of its own; what is returned is never shown.
@@ -161,7 +204,7 @@ impl<'a> Renders<'a> {
 impl Host for Renders<'_> {
     fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let start = Instant::now();
-        job.depth = self.args.depth.unwrap_or(job.depth);
+        job.depth = self.args.picture.depth.unwrap_or(job.depth);
         self.n_images += 1;
         let outcome = self.image(&job);
         self.busy += start.elapsed();
@@ -227,6 +270,7 @@ fn image_stats(
         pixels: plan.n_pixels(),
         rays: traced.rays.into(),
         build: seconds(traced.build_time),
+        jit: seconds(traced.jit_time),
         trace: seconds(traced.trace_time),
         write: seconds(write_time),
     }

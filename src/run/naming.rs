@@ -17,13 +17,22 @@ pub(crate) enum Naming {
     Template(PathBuf),
     /// To the standard output.
     Stdout,
+    /// Nowhere: they are encoded in memory, and hashed.
+    Memory,
+}
+
+/// What takes the bytes of one image.
+#[derive(Debug)]
+pub(crate) enum Sink {
+    File(Target),
+    Stdout,
+    Memory,
 }
 
 /// Where one image goes, and as what.
 #[derive(Debug)]
 pub(crate) struct Destination {
-    /// None for the standard output.
-    pub(crate) file: Option<Target>,
+    pub(crate) sink: Sink,
     pub(crate) format: ImageFormat,
 }
 
@@ -64,12 +73,16 @@ impl Naming {
         number: u64,
         format: Option<ImageFormat>,
     ) -> Result<Destination, Problem> {
-        let (file, by_name) = match self {
-            Naming::Stdout => (None, None),
+        let (sink, by_name) = match self {
+            Naming::Stdout => (Sink::Stdout, None),
+            Naming::Memory => {
+                output::stem(name).map_err(Problem::Refused)?;
+                (Sink::Memory, formats::of_name(Path::new(name)))
+            }
             Naming::Template(template) => {
                 let path = filled(template, name, number)?;
                 let by_name = formats::of_name(&path);
-                (Some(Target::path(path)), by_name)
+                (Sink::File(Target::path(path)), by_name)
             }
             Naming::Scene(directory) => {
                 let by_name = formats::of_name(Path::new(name));
@@ -77,11 +90,11 @@ impl Naming {
                     (Some(format), Some(other)) if format != other => with_format(name, format),
                     _ => name.to_owned(),
                 };
-                (Some(Target::below(directory, &name)?), by_name)
+                (Sink::File(Target::below(directory, &name)?), by_name)
             }
         };
         let format = format.or(by_name).unwrap_or(ImageFormat::Ppm);
-        Ok(Destination { file, format })
+        Ok(Destination { sink, format })
     }
 }
 

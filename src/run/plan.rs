@@ -4,7 +4,7 @@ use renderer::camera::View;
 use renderer::shade::Illumination;
 use vm::host::RenderJob;
 
-use crate::args::{Dialect, RunArgs};
+use crate::args::{Dialect, PictureArgs};
 use crate::failure::Failure;
 use crate::values::{Region, Size};
 
@@ -22,7 +22,7 @@ impl Plan {
     ///
     /// # Errors
     /// When the region asked for has no pixels in this image.
-    pub(crate) fn new(job: &RenderJob<'_>, args: &RunArgs) -> Result<Self, Failure> {
+    pub(crate) fn new(job: &RenderJob<'_>, args: &PictureArgs) -> Result<Self, Failure> {
         let Size { width, height } = size(job, args);
         let mut view = View::whole(width, height, job.fov_deg);
         if let Some(region) = args.region {
@@ -53,6 +53,6 @@ impl Plan {
 }
 
 /// Size of a job's image.
-pub(crate) fn size(job: &RenderJob<'_>, args: &RunArgs) -> Size {
+pub(crate) fn size(job: &RenderJob<'_>, args: &PictureArgs) -> Size {
     args.size.unwrap_or(Size { width: job.width, height: job.height })
 }

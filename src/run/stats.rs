@@ -17,6 +17,8 @@ pub(crate) struct Stats {
     pub(crate) scene: String,
     pub(crate) engine: &'static str,
     pub(crate) threads: usize,
+    /// Seconds from reading the scene to the end of its last image.
+    pub(crate) total: f64,
     pub(crate) phases: Phases,
     pub(crate) counts: Counts,
     pub(crate) rays: Rays,
@@ -31,6 +33,9 @@ pub(crate) struct Phases {
     /// The program itself, without its images.
     pub(crate) run: f64,
     pub(crate) build: f64,
+    /// Compiling surface functions, summed over threads. What is compiled while tracing counts
+    /// there as well.
+    pub(crate) jit: f64,
     pub(crate) trace: f64,
     pub(crate) write: f64,
 }
@@ -45,13 +50,13 @@ pub(crate) struct Counts {
 }
 
 /// Rays of an image, or of all.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub(crate) struct Rays {
-    primary: u64,
-    reflected: u64,
-    shadow: u64,
-    shadow_blocked: u64,
-    surface_calls: u64,
+    pub(crate) primary: u64,
+    pub(crate) reflected: u64,
+    pub(crate) shadow: u64,
+    pub(crate) shadow_blocked: u64,
+    pub(crate) surface_calls: u64,
 }
 
 /// Times and counts of one image.
@@ -69,6 +74,7 @@ pub(crate) struct ImageStats {
     pub(crate) pixels: u64,
     pub(crate) rays: Rays,
     pub(crate) build: f64,
+    pub(crate) jit: f64,
     pub(crate) trace: f64,
     pub(crate) write: f64,
 }
@@ -84,6 +90,7 @@ impl Stats {
     /// Adds what an image took.
     pub(crate) fn add(&mut self, image: ImageStats) {
         self.phases.build += image.build;
+        self.phases.jit += image.jit;
         self.phases.trace += image.trace;
         self.phases.write += image.write;
         self.counts.images += 1;
@@ -111,10 +118,10 @@ impl Stats {
 
     /// The phases in one line.
     pub(crate) fn phases_line(&self) -> String {
-        let Phases { read, compile, run, build, trace, write } = self.phases;
+        let Phases { read, compile, run, build, jit, trace, write } = self.phases;
         format!(
             "read {read:.4} s, compile {compile:.4} s, run {run:.4} s, build {build:.4} s, \
-             trace {trace:.4} s, write {write:.4} s"
+             jit {jit:.4} s, trace {trace:.4} s, write {write:.4} s"
         )
     }
 }
