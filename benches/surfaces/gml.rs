@@ -76,6 +76,7 @@ impl Ran {
 }
 
 /// Calls the only surface of an evaluator.
+#[inline(always)]
 pub(crate) fn call<E: SurfaceEval>(evaluator: &mut E, face: u8, u: f64, v: f64) -> Answer {
     let Ok(sample) = evaluator.eval(SurfaceId(0), &SurfacePoint { face, u, v }) else {
         panic!("the surface function fails at face {face}, u {u}, v {v}")

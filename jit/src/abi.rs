@@ -1,9 +1,7 @@
 //! What native shaders and their callers agree on.
 
-use renderer::surface::SurfaceSample;
-
 /// Where a shader leaves its results.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(crate) struct SurfaceOut {
     pub(crate) color: [f64; 3],
@@ -26,17 +24,6 @@ pub(crate) type SurfaceFn = unsafe extern "C" fn(
     fuel: i64,
     out: *mut SurfaceOut,
 ) -> i32;
-
-impl SurfaceOut {
-    pub(crate) fn sample(&self) -> SurfaceSample {
-        SurfaceSample {
-            color: glam::DVec3::from_array(self.color),
-            kd: self.kd,
-            ks: self.ks,
-            phong_exp: self.phong_exp,
-        }
-    }
-}
 
 #[cfg(test)]
 mod tests {

@@ -4,7 +4,7 @@
 //! again. It lives as long as the [`Code`] that owns it.
 #![expect(unsafe_code, reason = "owns executable memory and calls into it")]
 
-use std::mem::ManuallyDrop;
+use std::mem::{ManuallyDrop, MaybeUninit};
 use std::sync::{Arc, OnceLock};
 
 use cranelift_codegen::Context;
@@ -13,6 +13,8 @@ use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{Module, default_libcall_names};
+use glam::DVec3;
+use renderer::surface::SurfaceSample;
 
 use crate::abi::{DONE, SurfaceFn, SurfaceOut};
 use crate::lower;
@@ -120,7 +122,7 @@ impl Code {
 
     /// Calls the shader; none if the interpreter must do it. `uniforms` are as many as the shader
     /// was compiled for.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn call(
         &self,
         uniforms: &[u64],
@@ -128,15 +130,35 @@ impl Code {
         u: f64,
         v: f64,
         fuel: i64,
-    ) -> Option<SurfaceOut> {
-        let mut out = SurfaceOut::default();
+    ) -> Option<SurfaceSample> {
+        let mut out = MaybeUninit::uninit();
         // SAFETY: `entry` is finalized code of this signature in memory that `self` owns. It reads
         // uniforms within the number that it was compiled for, which `Native` passes, and tables
         // that `self` owns, at checked indices; and it writes nothing but `out`. It does not unwind:
         // the functions that it calls do not panic.
-        let status =
-            unsafe { (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, &mut out) };
-        (status == DONE).then_some(out)
+        let status = unsafe {
+            (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, out.as_mut_ptr())
+        };
+        if status != DONE {
+            return None;
+        }
+        // SAFETY: code that returns `DONE` has written all results.
+        Some(sample(unsafe { out.assume_init_ref() }))
+    }
+}
+
+/// What a shader has left. Each number is loaded by itself, as the shader has stored it: the
+/// compiler would load two or four at once, and wait until those stores have reached the cache.
+#[inline(always)]
+fn sample(out: &SurfaceOut) -> SurfaceSample {
+    // SAFETY: a reference is valid for reading.
+    let load = |number: &f64| unsafe { std::ptr::from_ref(number).read_volatile() };
+    let [red, green, blue] = &out.color;
+    SurfaceSample {
+        color: DVec3::new(load(red), load(green), load(blue)),
+        kd: load(&out.kd),
+        ks: load(&out.ks),
+        phong_exp: load(&out.phong_exp),
     }
 }
 
@@ -158,8 +180,8 @@ impl Native {
         self.uniforms.len() as u32
     }
 
-    #[inline]
-    pub(crate) fn call(&self, face: u8, u: f64, v: f64, fuel: i64) -> Option<SurfaceOut> {
+    #[inline(always)]
+    pub(crate) fn call(&self, face: u8, u: f64, v: f64, fuel: i64) -> Option<SurfaceSample> {
         self.code.call(&self.uniforms, face, u, v, fuel)
     }
 }

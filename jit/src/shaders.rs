@@ -121,6 +121,8 @@ pub struct Shaders<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
     pub(crate) surfaces: &'p [Arc<Closure>],
     limits: Limits,
+    /// Fuel for rounds of loops; what runs once has been checked.
+    loop_fuel: i64,
     pub(crate) slots: Vec<Slot>,
     /// Fuel that calls have used up by interpretation, by function, before specializing.
     spent: Vec<AtomicU64>,
@@ -201,6 +203,7 @@ impl<'p> Shaders<'p> {
             program,
             surfaces,
             limits,
+            loop_fuel: i64::try_from(limits.fuel).unwrap_or(i64::MAX),
             slots: surfaces.iter().map(|_| Slot::default()).collect(),
             spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
@@ -362,11 +365,6 @@ impl<'p> Shaders<'p> {
         let function = self.surfaces[index].function as usize;
         self.program.bytecode.functions[function].span
     }
-
-    /// Fuel for rounds of loops; what runs once has been checked.
-    fn loop_fuel(&self) -> i64 {
-        i64::try_from(self.limits.fuel).unwrap_or(i64::MAX)
-    }
 }
 
 /// What a shader's results, and that it has results, depend on.
@@ -385,14 +383,14 @@ pub struct NativeSurfaces<'s> {
 impl SurfaceEval for NativeSurfaces<'_> {
     type Error = Box<Error>;
 
-    #[inline]
+    #[inline(always)]
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
         let index = surface.0 as usize;
         match self.shaders.slots[index].tier.get() {
             Some(Tier::Native(native, needs)) => {
                 let SurfacePoint { face, u, v } = at.locate(*needs);
-                match native.call(face, u, v, self.shaders.loop_fuel()) {
-                    Some(out) => Ok(out.sample()),
+                match native.call(face, u, v, self.shaders.loop_fuel) {
+                    Some(sample) => Ok(sample),
                     None => self.interpreter.eval(surface, at),
                 }
             }
