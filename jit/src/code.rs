@@ -8,15 +8,22 @@ use std::mem::ManuallyDrop;
 use std::sync::{Arc, OnceLock};
 
 use cranelift_codegen::Context;
+use cranelift_codegen::ir::Signature;
 use cranelift_codegen::isa::OwnedTargetIsa;
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
-use cranelift_module::{Module, default_libcall_names};
+use cranelift_module::{FuncId, Module, default_libcall_names};
 
 use crate::abi::{DONE, SurfaceFn, SurfaceOut};
-use crate::lower;
+use crate::lower::{self, Surroundings};
 use crate::sir::Shader;
+
+/// What calls of routines may take of the native stack. Threads have 2 MiB, unless told otherwise.
+const STACK_BYTES: u64 = 256 << 10;
+
+/// The part of a frame that is not below its frame pointer: that and the return address.
+const FRAME_EDGE: u64 = 16;
 
 /// The machine code of one shader, and its tables.
 pub(crate) struct Code {
@@ -65,35 +72,33 @@ pub(crate) fn isa() -> Option<OwnedTargetIsa> {
 }
 
 impl Code {
-    /// Compiles a shader.
+    /// Compiles a shader, at most `max_calls` calls of whose routines may be active at once.
     ///
     /// # Errors
     /// Cranelift's words for what it cannot do.
-    pub(crate) fn compile(shader: &Shader, isa: &OwnedTargetIsa) -> Result<Code, String> {
+    pub(crate) fn compile(
+        shader: &Shader,
+        max_calls: u64,
+        isa: &OwnedTargetIsa,
+    ) -> Result<Code, String> {
         let tables: Vec<Box<[u64]>> =
             shader.tables.iter().map(|table| table.entries.clone().into_boxed_slice()).collect();
         let addresses: Vec<*const u64> = tables.iter().map(|table| table.as_ptr()).collect();
         let builder = JITBuilder::with_isa(isa.clone(), default_libcall_names());
         let mut memory = Memory(ManuallyDrop::new(JITModule::new(builder)));
-        let module = &mut memory.0;
-        let mut context = Context::new();
-        let config = module.target_config();
-        context.func.signature = lower::signature(config.default_call_conv, config.pointer_type());
-        let id = module
-            .declare_anonymous_function(&context.func.signature)
-            .map_err(|e| e.to_string())?;
-        lower::lower(
+        let mut making = Making {
+            module: &mut memory.0,
             shader,
-            &addresses,
-            &mut context.func,
-            &mut FunctionBuilderContext::new(),
-            config,
-        );
-        module.define_function(id, &mut context).map_err(|e| e.to_string())?;
-        let compiled = context.compiled_code().ok_or("there is no code")?;
-        let n_bytes = compiled.code_buffer().len();
-        module.finalize_definitions().map_err(|e| e.to_string())?;
-        let address = module.get_finalized_function(id);
+            tables: &addresses,
+            context: Context::new(),
+            builder: FunctionBuilderContext::new(),
+            n_bytes: 0,
+            max_frame: 0,
+        };
+        let id = making.make(max_calls)?;
+        let n_bytes = making.n_bytes;
+        memory.0.finalize_definitions().map_err(words)?;
+        let address = memory.0.get_finalized_function(id);
         // SAFETY: the address is that of the function just defined, which `lower` gave the
         // signature of `SurfaceFn`; it stays valid while `memory` lives.
         let entry = unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) };
@@ -120,6 +125,81 @@ impl Code {
             unsafe { (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, &mut out) };
         (status == DONE).then_some(out)
     }
+}
+
+/// The making of a shader's code.
+struct Making<'m> {
+    module: &'m mut JITModule,
+    shader: &'m Shader,
+    tables: &'m [*const u64],
+    context: Context,
+    builder: FunctionBuilderContext,
+    n_bytes: usize,
+    /// Bytes of the largest frame so far.
+    max_frame: u64,
+}
+
+impl Making<'_> {
+    /// Defines the routines, then the main body, whose function is returned.
+    fn make(&mut self, max_calls: u64) -> Result<FuncId, String> {
+        let routines = &self.shader.routines;
+        let signatures: Vec<Signature> = routines.iter().map(lower::routine_signature).collect();
+        let ids = signatures
+            .iter()
+            .map(|signature| self.declare(signature))
+            .collect::<Result<Vec<FuncId>, String>>()?;
+        for (number, (id, signature)) in ids.iter().zip(signatures).enumerate() {
+            self.define(*id, signature, &ids, Some(number), 0)?;
+        }
+        let config = self.module.target_config();
+        let signature = lower::signature(config.default_call_conv, config.pointer_type());
+        let main = self.declare(&signature)?;
+        let max_calls = max_calls.min(STACK_BYTES / self.max_frame.max(1));
+        self.define(main, signature, &ids, None, max_calls as i64)?;
+        Ok(main)
+    }
+
+    fn declare(&mut self, signature: &Signature) -> Result<FuncId, String> {
+        self.module.declare_anonymous_function(signature).map_err(words)
+    }
+
+    fn define(
+        &mut self,
+        id: FuncId,
+        signature: Signature,
+        routines: &[FuncId],
+        number: Option<usize>,
+        max_calls: i64,
+    ) -> Result<(), String> {
+        self.context.clear();
+        let function = &mut self.context.func;
+        function.signature = signature;
+        let routines = routines.iter().map(|id| {
+            let routine = self.module.declare_func_in_func(*id, function);
+            // Called by its absolute address: however far away its code lies, it is in reach.
+            function.dfg.ext_funcs[routine].colocated = false;
+            routine
+        });
+        let around = Surroundings {
+            shader: self.shader,
+            tables: self.tables,
+            routines: routines.collect(),
+            max_calls,
+            config: self.module.target_config(),
+        };
+        lower::lower(&around, number, &mut self.context.func, &mut self.builder);
+        self.module.define_function(id, &mut self.context).map_err(words)?;
+        let compiled = self.context.compiled_code().expect("just compiled");
+        self.n_bytes += compiled.code_buffer().len();
+        let frame =
+            compiled.buffer.frame_layout().map_or(u32::MAX, |frame| frame.frame_to_fp_offset);
+        self.max_frame = self.max_frame.max(u64::from(frame) + FRAME_EDGE);
+        Ok(())
+    }
+}
+
+fn words(error: impl std::fmt::Display) -> String {
+    error.to_string()
 }
 
 /// A shader with the uniforms of one closure.

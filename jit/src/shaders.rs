@@ -15,7 +15,7 @@ use vm::value::Closure;
 
 use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
-use crate::sir::{FACE, Shader, U, V};
+use crate::sir::{FACE, Needs, Shader, U, V};
 use crate::specialize::specialize;
 use crate::unsupported::Unsupported;
 
@@ -97,8 +97,7 @@ enum Compiled {
     Native {
         code: Arc<Code>,
         n_uniforms: u32,
-        cost: u64,
-        depth: usize,
+        needs: Needs,
     },
 }
 
@@ -178,9 +177,9 @@ impl<'p> Shaders<'p> {
                     Err(_) => Err(self.declined(&outline, "it always fails")),
                 }
             }
-            Compiled::Native { cost, depth, .. }
-                if self.limits.fuel < *cost
-                    || self.limits.max_depth < *depth
+            Compiled::Native { needs, .. }
+                if self.limits.fuel < needs.fuel
+                    || self.limits.max_depth < needs.depth
                     || self.limits.max_memory < MIN_MEMORY =>
             {
                 Err(self.declined(&outline, "the limits on it are tight"))
@@ -219,18 +218,29 @@ impl<'p> Shaders<'p> {
         let Some(isa) = isa() else {
             return Err(self.declined(outline, "there is no code generator for this processor"));
         };
-        let code = Code::compile(&shader, &isa).map_err(|error| self.declined(outline, &error))?;
+        let code = Code::compile(&shader, self.max_calls(&shader), &isa)
+            .map_err(|error| self.declined(outline, &error))?;
         Ok(Compiled::Native {
             code: Arc::new(code),
             n_uniforms: shader.n_uniforms,
-            cost: shader.cost,
-            depth: shader.depth,
+            needs: shader.main.needs,
         })
     }
 
     fn declined(&self, outline: &Outline, reason: &str) -> Unsupported {
         let span = self.program.bytecode.functions[outline.function as usize].span;
         Unsupported { span, reason: reason.to_owned() }
+    }
+
+    /// How many calls of a shader's routines the interpreter can have active at once for sure.
+    fn max_calls(&self, shader: &Shader) -> u64 {
+        let bodies = || shader.routines.iter().map(|routine| routine.body.needs);
+        let depth = self.limits.max_depth.saturating_sub(shader.main.needs.depth);
+        let depth_of_call = bodies().map(|needs| needs.depth).max().unwrap_or(0).max(1);
+        let memory_of_call = bodies().map(|needs| needs.memory).max().unwrap_or(0).max(1);
+        // Half of the memory is left to the main body, and to what the collector lets lie.
+        let by_memory = self.limits.max_memory / 2 / memory_of_call;
+        by_memory.min((depth / depth_of_call) as u64)
     }
 
     /// Fuel for rounds of loops; what runs once has been checked.
@@ -241,7 +251,7 @@ impl<'p> Shaders<'p> {
 
 /// Whether a shader's results, and that it has results, do not depend on where it is asked.
 fn is_constant(shader: &Shader) -> bool {
-    let live = shader.live();
+    let live = shader.main.live();
     ![FACE, U, V].iter().any(|argument| live[argument.0 as usize])
 }
 

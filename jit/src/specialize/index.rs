@@ -93,7 +93,7 @@ impl Specializer<'_> {
                 offset,
             });
         }
-        let ty = self.shader.tables[view.tables[0] as usize].ty;
+        let ty = self.table_data[view.tables[0] as usize].ty;
         let entries: Vec<Val> = view
             .tables
             .iter()
@@ -122,17 +122,26 @@ impl Specializer<'_> {
         if let Some(tables) = self.tables.get(&address).filter(|_| is_kept) {
             return Ok(Some(TableView { tables: tables.clone(), lengths: lengths.into(), offset }));
         }
-        let n_entries: usize = self.shader.tables.iter().map(|table| table.entries.len()).sum();
+        let n_entries: usize = self.table_data.iter().map(|table| table.entries.len()).sum();
         if n_entries + leaves.len() > MAX_TABLE {
             return self.decline("its tables are too large");
         }
-        let first = self.shader.tables.len() as u32;
-        let tables: Rc<[u32]> = (first..first + columns.len() as u32).collect();
-        self.shader.tables.extend(columns);
+        let tables: Rc<[u32]> =
+            columns.into_iter().map(|column| self.table_number(column)).collect();
         if is_kept {
             self.tables.insert(address, tables.clone());
         }
         Ok(Some(TableView { tables, lengths: lengths.into(), offset }))
+    }
+
+    /// The number of a table; tables with the same entries share one.
+    fn table_number(&mut self, table: Table) -> u32 {
+        let known = self.table_data.iter().position(|known| *known == table);
+        let number = known.unwrap_or(self.table_data.len());
+        if known.is_none() {
+            self.table_data.push(table);
+        }
+        number as u32
     }
 
     /// `r[target] =` number of elements of `r[array]`

@@ -37,7 +37,7 @@ impl Specializer<'_> {
     ) -> Run<Option<State>> {
         if ends.len() < 2 {
             return Ok(ends.pop().map(|(block, state)| {
-                self.block = block;
+                self.work.block = block;
                 state
             }));
         }
@@ -50,11 +50,11 @@ impl Specializer<'_> {
         };
         let joined = self.join_states(&mut meeting, &ends)?;
         for (&block, args) in meeting.ways.iter().zip(&meeting.args) {
-            self.block = block;
+            self.work.block = block;
             let args = args.iter().map(|scalar| self.materialize(*scalar)).collect();
             self.end(block, Term::Jump(meeting.block, args));
         }
-        self.block = meeting.block;
+        self.work.block = meeting.block;
         Ok(Some(joined))
     }
 
@@ -254,7 +254,7 @@ impl Specializer<'_> {
 
     /// `tag + base`, computed at the end of a way.
     fn shifted(&mut self, meeting: &Meeting, way: usize, tag: Val, base: i64) -> Val {
-        self.block = meeting.ways[way];
+        self.work.block = meeting.ways[way];
         let base = self.int(Num::Const(base));
         self.emit(Type::Int, Inst::Offset { offset: Some(tag), index: base, stride: 1 })
     }
@@ -269,6 +269,14 @@ impl Specializer<'_> {
 }
 
 impl Scalar {
+    pub(super) fn sym(self) -> Sym {
+        match self {
+            Scalar::Real(num) => Sym::Real(num),
+            Scalar::Int(num) => Sym::Int(num),
+            Scalar::Bool(num) => Sym::Bool(num),
+        }
+    }
+
     pub(super) fn ty(self) -> Type {
         match self {
             Scalar::Real(_) => Type::Real,

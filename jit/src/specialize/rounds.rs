@@ -27,7 +27,7 @@ impl Specializer<'_> {
         ordinal: usize,
     ) -> Run<(Captures, Rc<Head>)> {
         let mut known: Vec<Sym> = (0..captures.len()).map(|index| captures.get(index)).collect();
-        let Some(varying) = self.loops.get(&ordinal).cloned() else {
+        let Some(varying) = self.work.loops.get(&ordinal).cloned() else {
             let head = Head {
                 block: None,
                 params: Vec::new(),
@@ -37,7 +37,7 @@ impl Specializer<'_> {
             return Ok((captures, Rc::new(head)));
         };
         let block = self.new_block();
-        self.shader.blocks[block.0 as usize].is_loop = true;
+        self.work.body.blocks[block.0 as usize].is_loop = true;
         let mut params = Vec::new();
         let mut args = Vec::new();
         for (root, syms) in [(STACK, &mut state.stack), (CAPTURES, &mut known)] {
@@ -47,8 +47,8 @@ impl Specializer<'_> {
             }
         }
         let args = args.into_iter().map(|scalar| self.materialize(scalar)).collect();
-        self.end(self.block, Term::Jump(block, args));
-        self.block = block;
+        self.end(self.work.block, Term::Jump(block, args));
+        self.work.block = block;
         let head = Head {
             block: Some(block),
             params,
@@ -108,7 +108,7 @@ impl Specializer<'_> {
         if state.stack.len() != head.stack.len() || captures.len() != head.captures.len() {
             return self.decline("its loop leaves more or fewer values with each round");
         }
-        let varying = self.loops.get(&entry.ordinal).cloned().unwrap_or_default();
+        let varying = self.work.loops.get(&entry.ordinal).cloned().unwrap_or_default();
         let mut round = Round {
             varying: &varying,
             values: Vec::new(),
@@ -127,8 +127,8 @@ impl Specializer<'_> {
         }
         if !newly_varying.is_empty() {
             // What was found for later entries may not fit the next run.
-            self.loops.retain(|ordinal, _| *ordinal <= entry.ordinal);
-            self.loops.entry(entry.ordinal).or_default().extend(newly_varying);
+            self.work.loops.retain(|ordinal, _| *ordinal <= entry.ordinal);
+            self.work.loops.entry(entry.ordinal).or_default().extend(newly_varying);
             return Err(Abort::Restart);
         }
         let Some(block) = head.block else {
@@ -143,7 +143,7 @@ impl Specializer<'_> {
             return self.decline("its loop changes the shape of a value");
         };
         let args = scalars.into_iter().map(|scalar| self.materialize(scalar)).collect();
-        self.end(self.block, Term::Jump(block, args));
+        self.end(self.work.block, Term::Jump(block, args));
         Ok(None)
     }
 }
