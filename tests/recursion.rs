@@ -148,6 +148,21 @@ fn depth_and_fuel_run_out_as_they_do_interpreted() {
 }
 
 #[test]
+fn memory_runs_out_as_it_does_interpreted() {
+    let text = format!(
+        "{{ /self /n n 1 lessi {{ 0.5 }} {{ [n real {}] /a n 1 subi self self apply a 0 get addf }} if }} /go",
+        "1.0 ".repeat(500)
+    );
+    let limits = Limits { max_memory: 64 << 20, ..LIMITS };
+    let (evaluation, results) = call(&surface(&text, "u 5000.0 mulf floor go go apply"), limits);
+    assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}");
+    let n_failed =
+        results.iter().filter(|r| r.as_ref().is_err_and(|told| told.contains("MemoryLimit")));
+    let n_failed = n_failed.count();
+    assert!((1..36).contains(&n_failed), "{n_failed}: {results:?}");
+}
+
+#[test]
 fn a_recursion_that_never_ends_is_stopped() {
     let text = "{ /self /n n 0 eqi { 0.5 } { n 1 subi self self apply 0.5 addf } if } /go";
     let (evaluation, results) = call(&surface(text, "face 1 addi negi go go apply"), LIMITS);
