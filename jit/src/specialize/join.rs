@@ -1,10 +1,11 @@
 //! Where the ways of a fork meet.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::sir::{Block, Inst, Term, Type, Val};
-use crate::specialize::{Frame, Run, Specializer, State};
-use crate::sym::{Captures, Elements, Num, Sym, TableView};
+use crate::specialize::{Frame, Run, STEP_VALUES, Specializer, State};
+use crate::sym::{Captures, Elements, MAX_COMPARED, Num, Sym, TableView};
 
 /// A choice has at most so many alternatives.
 pub(super) const MAX_ALTERNATIVES: usize = 64;
@@ -109,7 +110,10 @@ impl Specializer<'_> {
     /// structures are joined part by part, and what is too different becomes a choice.
     fn join_syms(&mut self, meeting: &mut Meeting, syms: &[&Sym]) -> Run<Sym> {
         let first = syms[0];
-        if syms[1..].iter().all(|sym| first.is_same(sym)) {
+        let left = Cell::new(MAX_COMPARED);
+        let are_same = syms[1..].iter().all(|sym| first.is_same_within(sym, &left));
+        self.take_steps(1 + (MAX_COMPARED - left.get()) / STEP_VALUES)?;
+        if are_same {
             return Ok(first.clone());
         }
         if syms.iter().any(|sym| matches!(sym, Sym::Dead)) {
@@ -198,6 +202,10 @@ impl Specializer<'_> {
     /// An alternative that is only meant if a certain way was taken: what it holds of values defined
     /// on that way is carried over by parameters, for which the other ways bring anything.
     fn carried(&mut self, meeting: &mut Meeting, way: usize, sym: &Sym) -> Sym {
+        if self.take_steps(1).is_err() {
+            // The run ends at its next step.
+            return sym.clone();
+        }
         match sym {
             Sym::Real(num) => Sym::Real(self.carried_real(meeting, way, *num)),
             Sym::Int(Num::Ssa(val)) => {

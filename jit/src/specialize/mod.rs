@@ -35,7 +35,7 @@ use crate::outline::Outline;
 use crate::sir::{Block, BlockData, Body, Inst, N_ARGUMENTS, Shader, Site, Table, Term, Type, Val};
 use crate::specialize::path::Path;
 use crate::specialize::routines::Record;
-use crate::sym::{Captures, Num, Sym};
+use crate::sym::{Captures, Num, Sym, TableView};
 use crate::unsupported::Unsupported;
 
 /// Bounds of one specialization. A program that passes them would make a large and slow-to-compile
@@ -45,6 +45,9 @@ const MAX_INSTS: usize = 8_000;
 const MAX_DEPTH: usize = 128;
 const MAX_FORKS: u32 = 64;
 const MAX_RESTARTS: usize = 40;
+
+/// So many values are looked at or copied in about the time of a step.
+const STEP_VALUES: usize = 16;
 
 /// So often a function is entered within itself, with forks in between, before it is a routine.
 const MAX_UNROLLED: usize = 6;
@@ -144,8 +147,9 @@ struct Specializer<'p> {
     program: &'p Program,
     work: Work,
     site: Site,
-    tables: HashMap<usize, Rc<[u32]>>,
-    table_data: Vec<Table>,
+    /// Views of arrays, by address; their offsets mean nothing.
+    views: HashMap<usize, TableView>,
+    tables: Vec<Table>,
     /// Registers read at or behind an instruction before they are written, by function.
     live_registers: HashMap<u32, Rc<Vec<[u64; 4]>>>,
     /// Functions whose calls are calls of routines.
@@ -191,8 +195,8 @@ impl<'p> Specializer<'p> {
             program,
             work: Work::new(Vec::new(), HashMap::new(), false),
             site: Site { function: outline.function, pc: 0 },
-            tables: HashMap::new(),
-            table_data: Vec::new(),
+            views: HashMap::new(),
+            tables: Vec::new(),
             live_registers: HashMap::new(),
             recursive: HashSet::new(),
             suspects: HashSet::new(),
@@ -206,7 +210,7 @@ impl<'p> Specializer<'p> {
         Shader {
             main: self.work.body,
             routines: self.routines.into_iter().map(Record::finish).collect(),
-            tables: self.table_data,
+            tables: self.tables,
             n_uniforms: outline.uniforms.len() as u32,
         }
     }
@@ -259,10 +263,7 @@ impl<'p> Specializer<'p> {
             if depth == stop.depth && stop.pc == Some(frame.pc) {
                 return Ok(Some(state));
             }
-            self.n_steps += 1;
-            if self.n_steps > MAX_STEPS {
-                return self.exhausted("it takes too many steps to specialize");
-            }
+            self.take_steps(1)?;
             self.check_size()?;
             self.site = Site { function: frame.function, pc: frame.pc as u32 };
             match self.step(state)? {
@@ -272,8 +273,19 @@ impl<'p> Specializer<'p> {
         }
     }
 
+    /// Counts work; a step is that of an instruction, or the same for so many values.
+    fn take_steps(&mut self, n: usize) -> Run<()> {
+        self.n_steps += n;
+        if self.n_steps > MAX_STEPS {
+            return self.exhausted("it takes too many steps to specialize");
+        }
+        Ok(())
+    }
+
     /// Runs the ways that a state may go, each in a block of its own, up to `stop`, and joins them.
     fn fork(&mut self, ways: Vec<(Block, State)>, stop: Stop) -> Run<Option<State>> {
+        let n_copied = ways.iter().map(|(_, state)| state.stack.len() + state.frames.len());
+        self.take_steps(n_copied.sum::<usize>() / STEP_VALUES)?;
         let first_inner = Val(self.work.body.types.len() as u32);
         let mut ends = Vec::new();
         for (block, mut state) in ways {

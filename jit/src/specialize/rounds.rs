@@ -9,12 +9,16 @@ use crate::specialize::path::{CAPTURES, Path, STACK, any_within};
 use crate::specialize::{Abort, Entry, Head, Run, Specializer, State};
 use crate::sym::{Captures, Sym};
 
+/// So many different parts of a round's values are compared.
+const MAX_COMPARED: usize = 1024;
+
 /// What a loop's head is made with, or what a round brings along.
 struct Round<'l> {
     varying: &'l BTreeSet<Path>,
     values: Vec<(Path, Scalar)>,
     newly_varying: Vec<Path>,
     has_other_shape: bool,
+    n_compared: usize,
 }
 
 impl Specializer<'_> {
@@ -114,6 +118,7 @@ impl Specializer<'_> {
             values: Vec::new(),
             newly_varying: Vec::new(),
             has_other_shape: false,
+            n_compared: 0,
         };
         for (index, (old, new)) in head.stack.iter().zip(&state.stack).enumerate() {
             round.compare(old, new, &mut vec![STACK, index as u32]);
@@ -153,6 +158,11 @@ impl Round<'_> {
     /// others must be the same.
     fn compare(&mut self, old: &Sym, new: &Sym, path: &mut Path) {
         if !any_within(self.varying, path) && old.is_same(new) {
+            return;
+        }
+        self.n_compared += 1;
+        if self.n_compared > MAX_COMPARED {
+            self.has_other_shape = true;
             return;
         }
         if let (Some(before), Some(now)) = (scalar(old), scalar(new)) {

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use crate::sir::{Body, Routine, Term, Type, Val};
 use crate::specialize::join::{Scalar, sym_of};
 use crate::specialize::shape::{Constants, MAX_PARTS, Part, Walk};
-use crate::specialize::{Abort, MAX_RESTARTS, Run, Specializer, State, Stop, Work};
+use crate::specialize::{Abort, MAX_RESTARTS, Run, STEP_VALUES, Specializer, State, Stop, Work};
 use crate::sym::{Captures, Sym};
 
 const MAX_ROUTINES: usize = 32;
@@ -139,7 +139,7 @@ impl Specializer<'_> {
         Ok(call)
     }
 
-    fn take_apart(&self, call: &mut Call) -> Run<()> {
+    fn take_apart(&mut self, call: &mut Call) -> Run<()> {
         let mut scalars = Vec::new();
         let mut note = |scalar: Scalar| {
             scalars.push(scalar);
@@ -148,6 +148,7 @@ impl Specializer<'_> {
         let mut walk = Walk { parts: Vec::new(), replace: &mut note };
         call.walk(&mut walk);
         let parts = walk.parts;
+        self.take_steps(parts.len() / STEP_VALUES)?;
         if parts.len() > MAX_PARTS || scalars.len() > MAX_SCALARS {
             return self.decline("its recursion takes too many values along");
         }

@@ -186,7 +186,8 @@ impl Specializer<'_> {
                 None => Ok(None),
             };
         }
-        let entries = entries.clone();
+        // An older entry of the function will not be looked for any more.
+        let entries = entries.iter().filter(|entry| entry.function != function).cloned().collect();
         state.frames.pop();
         self.enter(&mut state, function, captures, entries)?;
         Ok(Some(state))
