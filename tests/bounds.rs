@@ -84,3 +84,13 @@ fn recursion_that_spreads() {
          m 1 subi m n 1 subi self self apply self self apply } if } if } /ack";
     check(ackermann, "face 2 modi face ack ack apply real");
 }
+
+#[test]
+fn values_that_nest_deeply() {
+    let nest = "/x [x] ".repeat(20_000);
+    check("", &format!("u 0.5 lessf {{ u {nest} }} {{ v {nest} }} if /a a length real"));
+    check("", &format!("u {}/a 1.0", "/x [x] ".repeat(48_000)));
+    check("", &format!("u 0.5 lessf {{ u {} }} {{ v }} if /a 1.0", "/x [x] ".repeat(32_000)));
+    let nest = "/x { x } ".repeat(20_000);
+    check("", &format!("u 0.5 lessf {{ u {nest} }} {{ v {nest} }} if /a 1.0"));
+}

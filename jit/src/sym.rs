@@ -11,7 +11,7 @@ use vm::value::{Array, Closure, Value};
 use crate::sir::Val;
 
 /// So many parts of two values are compared.
-pub(crate) const MAX_COMPARED: usize = 4096;
+pub(crate) const MAX_COMPARED: usize = 1024;
 
 /// A scalar: a constant, or a value of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -46,6 +46,10 @@ const MAX_DEPTH: usize = 128;
 const MAX_FORKS: u32 = 64;
 const MAX_RESTARTS: usize = 40;
 
+/// So many arrays and closures may be made of others, which bounds how deeply they nest: walks through
+/// them recurse.
+const MAX_NESTED: usize = 4_000;
+
 /// So many values are looked at or copied in about the time of a step.
 const STEP_VALUES: usize = 16;
 
@@ -171,6 +175,8 @@ struct Work {
     /// What changes in the loop that starts at an entry, by the entry's number.
     loops: HashMap<usize, BTreeSet<Path>>,
     n_entries: usize,
+    /// How many arrays and closures were made of others.
+    n_nested: usize,
     is_routine: bool,
 }
 
@@ -178,7 +184,7 @@ impl Work {
     fn new(params: Vec<Type>, loops: HashMap<usize, BTreeSet<Path>>, is_routine: bool) -> Self {
         let constants = HashMap::new();
         let body = Body::new(params);
-        Work { body, block: Block(0), constants, loops, n_entries: 0, is_routine }
+        Work { body, block: Block(0), constants, loops, n_entries: 0, n_nested: 0, is_routine }
     }
 }
 
@@ -458,6 +464,17 @@ impl<'p> Specializer<'p> {
             Num::Const(value) => self.constant(ConstKey::Bool(value)),
             Num::Ssa(val) => val,
         }
+    }
+
+    /// Counts a new array or closure if it is made of others.
+    fn count_nested(&mut self, parts: &[Sym]) -> Run<()> {
+        let is_structure =
+            |sym: &Sym| matches!(sym, Sym::Array(_) | Sym::Closure(..) | Sym::Choice(..));
+        self.work.n_nested += usize::from(parts.iter().any(is_structure));
+        if self.work.n_nested > MAX_NESTED {
+            return self.exhausted("it makes too many arrays and functions of others");
+        }
+        Ok(())
     }
 
     fn check_size(&self) -> Run<()> {

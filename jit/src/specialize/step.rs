@@ -54,7 +54,7 @@ impl Specializer<'_> {
                 }
             }
             Opcode::MakeClosure => {
-                let closure = self.closure(&state, imm);
+                let closure = self.closure(&state, imm)?;
                 state.set(a, closure);
             }
             Opcode::BeginArray => {
@@ -63,11 +63,13 @@ impl Specializer<'_> {
             }
             Opcode::EndArray => {
                 let items = state.stack.split_off(state.floor);
+                self.count_nested(&items)?;
                 state.floor = state.floors.pop().unwrap_or(0);
                 state.set(a, Sym::Array(Elements::Parts(items.into())));
             }
             Opcode::MakeArray => {
                 let items = state.stack.split_off(state.stack.len() - imm as usize);
+                self.count_nested(&items)?;
                 state.set(a, Sym::Array(Elements::Parts(items.into())));
             }
             Opcode::Get => return self.get(state, a, b, c),
@@ -103,7 +105,7 @@ impl Specializer<'_> {
         self.function(state.top().function).n_registers as usize + slot as usize
     }
 
-    fn closure(&self, state: &State, function: u32) -> Sym {
+    fn closure(&mut self, state: &State, function: u32) -> Run<Sym> {
         let frame = state.top();
         let captured = |source: &CaptureSource| match *source {
             CaptureSource::Register(register) => frame.registers[register as usize].clone(),
@@ -111,7 +113,8 @@ impl Specializer<'_> {
             CaptureSource::Capture(index) => frame.captures.get(index as usize),
         };
         let parts: Rc<[Sym]> = self.function(function).captures.iter().map(captured).collect();
-        Sym::Closure(function, Captures::Parts(parts))
+        self.count_nested(&parts)?;
+        Ok(Sym::Closure(function, Captures::Parts(parts)))
     }
 
     fn return_(&mut self, mut state: State) -> Run<Option<State>> {
