@@ -120,7 +120,8 @@ impl Code {
         // SAFETY: `entry` is finalized code of this signature in memory that `self` owns. It reads
         // uniforms within the number that it was compiled for, which `Native` passes, and tables
         // that `self` owns, at checked indices; and it writes nothing but `out`. It does not unwind:
-        // the functions that it calls do not panic.
+        // the functions that it calls do not panic. What its routines take of the stack is bounded
+        // by `STACK_BYTES`.
         let status =
             unsafe { (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, &mut out) };
         (status == DONE).then_some(out)

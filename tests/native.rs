@@ -1,5 +1,5 @@
-//! Recursion whose depth depends on data, by both engines: it is compiled, and limits are met as the
-//! interpreter meets them.
+//! What is hard to compile and must be, by both engines: recursion whose depth depends on data, with
+//! limits met as the interpreter meets them, and values of several types.
 
 use jit::shaders::Evaluation;
 use renderer::surface::SurfacePoint;
@@ -176,4 +176,21 @@ fn a_recursion_that_never_ends_is_stopped() {
         "{ /self /n n 0 eqi { n self self apply } { n 1 subi self self apply } if 1.0 addf } /go";
     let (_, results) = call(&surface(never, "face go go apply"), LIMITS);
     assert!(results.iter().all(Result::is_err));
+}
+
+#[test]
+fn values_of_several_types_are_told_apart_where_they_are_used() {
+    let mixed = "face 3 lessi { u } { face } if /x";
+    for text in [
+        // An operand, one of a comparison that jumps, a condition, a result.
+        surface("", &format!("{mixed} v 0.5 lessf {{ x }} {{ 1.0 }} if 2.0 mulf")),
+        surface("", &format!("{mixed} x 0.5 lessf {{ 1.0 }} {{ 2.0 }} if")),
+        surface("", "face 3 lessi { u } { v 0.5 lessf } if /x x { 1.0 } { 0.0 } if"),
+        format!("{{ /v /u /face {mixed} u v v point x 1.0 1.0 }}"),
+    ] {
+        let (evaluation, results) = call(&text, LIMITS);
+        assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}: {text}");
+        assert!(results.iter().any(Result::is_ok), "{results:?}: {text}");
+        assert!(results.iter().any(Result::is_err), "{results:?}: {text}");
+    }
 }
