@@ -142,6 +142,11 @@ impl Body {
         Body { types: params, n_params, blocks: Vec::new(), needs: Needs::default() }
     }
 
+    /// Its number of values and blocks.
+    pub(crate) fn size(&self) -> usize {
+        self.types.len() + self.blocks.len()
+    }
+
     /// Whether it calls routines.
     pub(crate) fn has_calls(&self) -> bool {
         self.blocks.iter().any(|block| matches!(block.term, Some(Term::Call(..))))

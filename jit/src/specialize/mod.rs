@@ -41,7 +41,7 @@ use crate::unsupported::Unsupported;
 /// Bounds of one specialization. A program that passes them would make a large and slow-to-compile
 /// shader, which the interpreter may well outrun.
 const MAX_STEPS: usize = 100_000;
-const MAX_INSTS: usize = 8_000;
+const MAX_SIZE: usize = 8_000;
 const MAX_DEPTH: usize = 128;
 const MAX_FORKS: u32 = 64;
 const MAX_RESTARTS: usize = 40;
@@ -478,9 +478,8 @@ impl<'p> Specializer<'p> {
     }
 
     fn check_size(&self) -> Run<()> {
-        let n_before = self.routines.iter().map(Record::n_vals).sum::<usize>();
-        let n_now = self.work.body.types.len() + self.work.body.blocks.len();
-        if n_before + n_now > MAX_INSTS {
+        let size_before = self.routines.iter().map(Record::size).sum::<usize>();
+        if size_before + self.work.body.size() > MAX_SIZE {
             return self.exhausted("it specializes to too much code");
         }
         Ok(())

@@ -8,9 +8,9 @@
 
 use std::collections::HashMap;
 
-use crate::sir::{Body, Routine, Term, Type, Val};
+use crate::sir::{Body, Routine, Term, Val};
 use crate::specialize::join::{Scalar, sym_of};
-use crate::specialize::shape::{Constants, MAX_PARTS, Part, Walk};
+use crate::specialize::shape::{Constants, MAX_PARTS, Part, Walk, taken_apart};
 use crate::specialize::{Abort, MAX_RESTARTS, Run, STEP_VALUES, Specializer, State, Stop, Work};
 use crate::sym::{Captures, Sym};
 
@@ -58,8 +58,8 @@ struct Call {
 }
 
 impl Record {
-    pub(super) fn n_vals(&self) -> usize {
-        self.routine.as_ref().map_or(0, |routine| routine.body.types.len())
+    pub(super) fn size(&self) -> usize {
+        self.routine.as_ref().map_or(0, |routine| routine.body.size())
     }
 
     pub(super) fn finish(self) -> Routine {
@@ -140,14 +140,9 @@ impl Specializer<'_> {
     }
 
     fn take_apart(&mut self, call: &mut Call) -> Run<()> {
-        let mut scalars = Vec::new();
-        let mut note = |scalar: Scalar| {
-            scalars.push(scalar);
-            scalar.sym()
-        };
-        let mut walk = Walk { parts: Vec::new(), replace: &mut note };
-        call.walk(&mut walk);
-        let parts = walk.parts;
+        let (parts, scalars) = taken_apart(|walk| {
+            call.walk(walk);
+        });
         self.take_steps(parts.len() / STEP_VALUES)?;
         if parts.len() > MAX_PARTS || scalars.len() > MAX_SCALARS {
             return self.decline("its recursion takes too many values along");
@@ -231,16 +226,7 @@ impl Specializer<'_> {
         let Some(state) = self.run(state, Stop { depth: 0, pc: None })? else {
             return Ok(Results::Never);
         };
-        let mut scalars = Vec::new();
-        let mut note = |scalar: Scalar| {
-            scalars.push(scalar);
-            scalar.sym()
-        };
-        let mut walk = Walk { parts: Vec::new(), replace: &mut note };
-        for sym in &state.stack {
-            walk.value(sym, Constants::Forget);
-        }
-        let parts = walk.parts;
+        let (parts, scalars) = results_apart(&state.stack);
         if parts.len() > MAX_PARTS || scalars.len() > MAX_SCALARS {
             return self.decline("its recursion leaves too many values");
         }
@@ -261,7 +247,11 @@ impl Specializer<'_> {
             }
         };
         if is_final {
-            let results = result_types(&found);
+            let results = match &found {
+                Results::Values(_, syms) => results_apart(syms).1,
+                _ => Vec::new(),
+            };
+            let results = results.into_iter().map(Scalar::ty).collect();
             record.routine = Some(Routine { body, results });
         }
         record.results = found;
@@ -291,17 +281,11 @@ impl Call {
     }
 }
 
-/// The types of the scalars of results.
-fn result_types(results: &Results) -> Vec<Type> {
-    let Results::Values(_, syms) = results else { return Vec::new() };
-    let mut types = Vec::new();
-    let mut note = |scalar: Scalar| {
-        types.push(scalar.ty());
-        scalar.sym()
-    };
-    let mut walk = Walk { parts: Vec::new(), replace: &mut note };
-    for sym in syms {
-        walk.value(sym, Constants::Forget);
-    }
-    types
+/// The shape of results, and their scalars.
+fn results_apart(results: &[Sym]) -> (Vec<Part>, Vec<Scalar>) {
+    taken_apart(|walk| {
+        for sym in results {
+            walk.value(sym, Constants::Forget);
+        }
+    })
 }

@@ -46,6 +46,18 @@ pub(super) struct Walk<'f> {
 /// Shapes are looked at so far: values may share parts so often that a walk would never end.
 pub(super) const MAX_PARTS: usize = 512;
 
+/// The shape of the values that are walked through, and their scalars.
+pub(super) fn taken_apart(through: impl FnOnce(&mut Walk<'_>)) -> (Vec<Part>, Vec<Scalar>) {
+    let mut scalars = Vec::new();
+    let mut note = |scalar: Scalar| {
+        scalars.push(scalar);
+        scalar.sym()
+    };
+    let mut walk = Walk { parts: Vec::new(), replace: &mut note };
+    through(&mut walk);
+    (walk.parts, scalars)
+}
+
 impl Walk<'_> {
     /// The value with its scalars replaced; meaningless when there are too many parts.
     pub(super) fn value(&mut self, sym: &Sym, constants: Constants) -> Sym {
