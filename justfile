@@ -34,6 +34,10 @@ gallery:
     done
     cargo run --release --quiet -- run scenes/showpiece.gml --size 960x640 --format png -o docs/gallery
 
+# Fuzzes a target of fuzz/ (needs cargo-fuzz and nightly); further arguments are libFuzzer's.
+fuzz target *args:
+    cargo +nightly fuzz run {{target}} -- {{args}}
+
 # Surface functions interpreted, as machine code, in Rust and in Lua, ns a call.
 bench:
     cargo bench --bench surfaces

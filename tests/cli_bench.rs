@@ -14,8 +14,8 @@ mod gmlvm;
 const SCENE: &str = "\
 { /v /u /face u v 0.5 point 0.8 0.2 6.0 } sphere 0.0 0.0 3.0 translate /near
 { /v /u /face 0.1 0.2 0.3 point 0.8 0.2 6.0 } cylinder -1.0 0.0 5.0 translate /far
-{ /self /n n 1 lessi { 0.0 } { n 1 subi self self apply 0.1 addf } if } /count
-{ /v /u /face u 200.0 mulf floor count count apply 0.0 0.0 point 0.8 0.2 6.0 } cube
+{ /self /n n 1 lessi { 0.0 } { [ n 1 subi self self apply ] } if } /nest
+{ /v /u /face u 200.0 mulf floor nest nest apply /x 0.1 0.0 0.0 point 0.8 0.2 6.0 } cube
 1.0 0.0 5.0 translate /block
 near far union block union /all
 1.0 1.0 1.0 point [ 1.0 -1.0 0.0 point 1.0 1.0 1.0 point light ] all 2 90.0 12 9 \"a.ppm\" render

@@ -5,21 +5,26 @@ use std::collections::BTreeSet;
 use support::gmlvm::Sandbox;
 
 mod support {
-    #[allow(dead_code, reason = "each test takes its part")]
+    #[allow(
+        dead_code,
+        unreachable_pub,
+        reason = "shared with the fuzz targets, where it is public"
+    )]
     pub(crate) mod generator;
     #[allow(dead_code, reason = "each test takes its part")]
     pub(crate) mod gmlvm;
 }
 
 /// Two balls of one function and different colours, one that picks a function by its face, one that
-/// is the same everywhere, and one whose recursion is not compiled.
+/// is the same everywhere, and one whose recursion makes values
+/// of another type at each level, so that it is not compiled.
 const SCENE: &str = "\
 [ { /x x 2.0 mulf } { sin } { 1.0 addf } { /x x x mulf } ] /functions
 { /share /color { /v /u /face color  u share mulf  0.25  1.0 } } /tinted
 { /v /u /face functions face get /f u f apply v 0.5 point 1.0 0.0 1.0 } /picked
 { /v /u /face 1.0 0.5 0.25 point 1.0 0.0 9.0 } /plain
-{ /self /n n 0 eqi { 1 } { n n 1 subi self self apply muli } if } /factorial
-{ /v /u /face u floor factorial factorial apply real /r r r r point 1.0 0.0 1.0 } /recursive
+{ /self /n n 0 eqi { 1 } { [ n 1 subi self self apply ] } if } /nest
+{ /v /u /face u floor nest nest apply /nested 1.0 1.0 1.0 point 1.0 0.0 1.0 } /recursive
 1.0 0.0 0.5 point 0.75 tinted apply sphere
 0.0 1.0 0.5 point 0.5 tinted apply sphere union
 picked sphere union  plain plane union  recursive cone union /all
@@ -53,7 +58,7 @@ fn surfaces_are_listed_with_what_they_captured() {
     let constant = "constant, color (1.0 0.5 0.25), kd 1.0, ks 0.0, n 9.0";
     assert_eq!(heads[2], format!("surface 3: function 7 `plain`, s.gml:4:1: {constant}"));
     assert!(heads[3].starts_with("surface 4: function 9 `recursive`, s.gml:6:1: interpreted: "));
-    assert!(heads[3].contains(" at s.gml:5:"), "{heads:?}");
+    assert!(heads[3].contains(" at s.gml:6:"), "{heads:?}");
     assert_eq!(heads[4], format!("surface 5: function 7 `plain`, s.gml:4:1: {constant}"));
     let details = "\
   uniform 0: real color.x = 1.0
@@ -104,7 +109,7 @@ fn all_machine_code_is_understood() {
     let sandbox = Sandbox::new();
     let (mut n_lines, mut n_tables) = (0, 0);
     for seed in 0..60 {
-        let function = support::generator::program(seed);
+        let function = support::generator::program(&mut support::generator::Random::new(seed));
         let scene =
             format!("{function} /s 0.5 0.5 0.5 point [] s sphere 1 90.0 2 2 \"a.ppm\" render\n");
         let ended = sandbox.run_with(&["disasm", "-", "--emit", "asm"], scene.as_bytes());
@@ -114,6 +119,11 @@ fn all_machine_code_is_understood() {
         for line in code.lines() {
             let text = line.split(" ; ").next().expect("a part").trim();
             if let Some(label) = text.strip_suffix(':') {
+                if label.starts_with("routine") || label == "shader" {
+                    assert_eq!(used, defined, "{code}");
+                    (used, defined, last_offset) = (BTreeSet::new(), BTreeSet::new(), None);
+                    continue;
+                }
                 assert!(defined.insert(label), "{code}");
                 continue;
             }
@@ -133,6 +143,29 @@ fn all_machine_code_is_understood() {
         assert_eq!(used, defined, "{code}");
     }
     assert!(n_lines > 1000 && n_tables > 2, "{n_lines} lines, {n_tables} tables");
+}
+
+/// Recursion that is no loop is a function of its own, which is called by its name.
+#[test]
+fn routines_are_listed_before_what_calls_them() {
+    let scene = "\
+{ /self /x x 0.1 lessf { 1.0 } { x 0.5 mulf self self apply x mulf } if } /f
+{ /v /u /face u f f apply /g g g g point 1.0 0.0 1.0 } /s
+1.0 1.0 1.0 point [] s sphere 0 90.0 2 2 \"a.ppm\" render
+";
+    let sandbox = Sandbox::new();
+    let ended = sandbox.run_with(&["disasm", "-", "--emit", "clif,asm"], scene.as_bytes());
+    let labels: Vec<&str> = ended.text().lines().map(str::trim).collect();
+    let places = |label: &str| -> Vec<usize> {
+        let here = |(place, line): (usize, &&str)| (*line == label).then_some(place);
+        labels.iter().enumerate().filter_map(here).collect()
+    };
+    let (routine, shader) = (places("routine0:"), places("shader:"));
+    assert_eq!((routine.len(), shader.len()), (2, 2), "{}", ended.text());
+    assert!(routine[0] < shader[0] && shader[0] < routine[1] && routine[1] < shader[1]);
+    if cfg!(target_arch = "x86_64") {
+        assert_eq!(ended.text().matches("mov rax, routine0").count(), 2, "{}", ended.text());
+    }
 }
 
 #[test]

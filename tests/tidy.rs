@@ -21,8 +21,11 @@ fn root() -> &'static Path {
 
 /// All Rust files of the project, by their path below its root.
 fn rust_files() -> Vec<(String, String)> {
-    let mut folders: Vec<PathBuf> =
-        ["src", "tests", "benches"].iter().chain(&CRATES).map(|name| root().join(name)).collect();
+    let mut folders: Vec<PathBuf> = ["src", "tests", "benches", "fuzz/targets"]
+        .iter()
+        .chain(&CRATES)
+        .map(|name| root().join(name))
+        .collect();
     let mut files = Vec::new();
     while let Some(folder) = folders.pop() {
         let Ok(entries) = std::fs::read_dir(&folder) else { continue };

@@ -8,22 +8,31 @@ use std::mem::{ManuallyDrop, MaybeUninit};
 use std::sync::{Arc, OnceLock};
 
 use cranelift_codegen::Context;
+use cranelift_codegen::ir::Signature;
 use cranelift_codegen::isa::OwnedTargetIsa;
 use cranelift_codegen::settings::{self, Configurable};
 use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
-use cranelift_module::{Module, default_libcall_names};
+use cranelift_module::{FuncId, Module, default_libcall_names};
 use glam::DVec3;
 use renderer::surface::SurfaceSample;
 
 use crate::abi::{DONE, SurfaceFn, SurfaceOut};
-use crate::lower;
+use crate::lower::{self, Surroundings};
 use crate::sir::Shader;
 use crate::text::{self, Names, Text};
+
+/// What calls of routines may take of the native stack. Threads have 2 MiB, unless told otherwise.
+const STACK_BYTES: u64 = 256 << 10;
+
+/// The part of a frame that is not below its frame pointer: that and the return address.
+const FRAME_EDGE: u64 = 16;
 
 /// The machine code of one shader, and its tables.
 pub(crate) struct Code {
     entry: SurfaceFn,
+    /// Addresses and sizes of the functions that it consists of.
+    parts: Vec<(usize, usize)>,
     /// What the code reads by address.
     _tables: Vec<Box<[u64]>>,
     _memory: Memory,
@@ -68,12 +77,14 @@ pub(crate) fn isa() -> Option<OwnedTargetIsa> {
 }
 
 impl Code {
-    /// Compiles a shader; `text` is filled with the forms that it takes on the way.
+    /// Compiles a shader, at most `max_calls` calls of whose routines may be active at once; `text` is
+    /// filled with the forms that it takes on the way.
     ///
     /// # Errors
     /// Cranelift's words for what it cannot do.
     pub(crate) fn compile(
         shader: &Shader,
+        max_calls: u64,
         isa: &OwnedTargetIsa,
         text: Option<&mut Text>,
     ) -> Result<Code, String> {
@@ -82,42 +93,30 @@ impl Code {
         let addresses: Vec<*const u64> = tables.iter().map(|table| table.as_ptr()).collect();
         let builder = JITBuilder::with_isa(isa.clone(), default_libcall_names());
         let mut memory = Memory(ManuallyDrop::new(JITModule::new(builder)));
-        let module = &mut memory.0;
-        let mut context = Context::new();
-        let config = module.target_config();
-        context.func.signature = lower::signature(config.default_call_conv, config.pointer_type());
-        let id = module
-            .declare_anonymous_function(&context.func.signature)
-            .map_err(|e| e.to_string())?;
-        let sites = lower::lower(
+        let mut making = Making {
+            module: &mut memory.0,
             shader,
-            &addresses,
-            &mut context.func,
-            &mut FunctionBuilderContext::new(),
-            config,
-        );
-        let mut text = text.map(|text| (text, Names::new(&addresses)));
-        if let Some((text, names)) = &mut text {
-            text.clif = text::clif(&context.func, &sites, names);
-            context.set_disasm(text::NEEDS_VCODE);
-        }
-        module.define_function(id, &mut context).map_err(|e| e.to_string())?;
-        let compiled = context.compiled_code().ok_or("there is no code")?;
-        if let Some((text, names)) = text {
-            text.asm = text::asm(compiled, &sites, names);
-        }
-        let n_bytes = compiled.code_buffer().len();
-        module.finalize_definitions().map_err(|e| e.to_string())?;
-        let address = module.get_finalized_function(id);
+            tables: &addresses,
+            context: Context::new(),
+            builder: FunctionBuilderContext::new(),
+            max_frame: 0,
+            text: text.map(|text| (text, Names::new(&addresses))),
+        };
+        let made = making.make(max_calls)?;
+        memory.0.finalize_definitions().map_err(words)?;
+        let address_of = |id| memory.0.get_finalized_function(id);
+        let parts = made.iter().map(|(id, n_bytes)| (address_of(*id) as usize, *n_bytes)).collect();
+        let n_bytes = made.iter().map(|(_, n_bytes)| n_bytes).sum();
+        let address = address_of(made[0].0);
         // SAFETY: the address is that of the function just defined, which `lower` gave the
         // signature of `SurfaceFn`; it stays valid while `memory` lives.
         let entry = unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) };
-        Ok(Code { entry, _tables: tables, _memory: memory, n_bytes })
+        Ok(Code { entry, parts, _tables: tables, _memory: memory, n_bytes })
     }
 
-    /// Where the code starts.
-    pub(crate) fn address(&self) -> usize {
-        self.entry as usize
+    /// The addresses and sizes of its functions.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = (usize, usize)> {
+        self.parts.iter().copied()
     }
 
     /// Calls the shader; none if the interpreter must do it. `uniforms` are as many as the shader
@@ -135,7 +134,8 @@ impl Code {
         // SAFETY: `entry` is finalized code of this signature in memory that `self` owns. It reads
         // uniforms within the number that it was compiled for, which `Native` passes, and tables
         // that `self` owns, at checked indices; and it writes nothing but `out`. It does not unwind:
-        // the functions that it calls do not panic.
+        // the functions that it calls do not panic. What its routines take of the stack is bounded
+        // by `STACK_BYTES`.
         let status = unsafe {
             (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, out.as_mut_ptr())
         };
@@ -160,6 +160,95 @@ fn sample(out: &SurfaceOut) -> SurfaceSample {
         ks: load(&out.ks),
         phong_exp: load(&out.phong_exp),
     }
+}
+
+/// The making of a shader's code.
+struct Making<'m> {
+    module: &'m mut JITModule,
+    shader: &'m Shader,
+    tables: &'m [*const u64],
+    context: Context,
+    builder: FunctionBuilderContext,
+    /// Bytes of the largest frame so far.
+    max_frame: u64,
+    text: Option<(&'m mut Text, Names)>,
+}
+
+impl Making<'_> {
+    /// Defines the routines, then the main body. Returns the functions with their sizes in bytes, the
+    /// main body's first.
+    fn make(&mut self, max_calls: u64) -> Result<Vec<(FuncId, usize)>, String> {
+        let routines = &self.shader.routines;
+        let signatures: Vec<Signature> = routines.iter().map(lower::routine_signature).collect();
+        let ids = signatures
+            .iter()
+            .map(|signature| self.declare(signature))
+            .collect::<Result<Vec<FuncId>, String>>()?;
+        let mut made = Vec::new();
+        for (number, (id, signature)) in ids.iter().zip(signatures).enumerate() {
+            made.push((*id, self.define(*id, signature, &ids, Some(number), 0)?));
+        }
+        let config = self.module.target_config();
+        let signature = lower::signature(config.default_call_conv, config.pointer_type());
+        let main = self.declare(&signature)?;
+        let max_calls = max_calls.min(STACK_BYTES / self.max_frame.max(1));
+        made.insert(0, (main, self.define(main, signature, &ids, None, max_calls as i64)?));
+        Ok(made)
+    }
+
+    fn declare(&mut self, signature: &Signature) -> Result<FuncId, String> {
+        self.module.declare_anonymous_function(signature).map_err(words)
+    }
+
+    /// Returns the size of the code.
+    fn define(
+        &mut self,
+        id: FuncId,
+        signature: Signature,
+        routines: &[FuncId],
+        number: Option<usize>,
+        max_calls: i64,
+    ) -> Result<usize, String> {
+        self.context.clear();
+        let function = &mut self.context.func;
+        function.signature = signature;
+        let routines = routines.iter().map(|id| {
+            let routine = self.module.declare_func_in_func(*id, function);
+            // Called by its absolute address: however far away its code lies, it is in reach.
+            function.dfg.ext_funcs[routine].colocated = false;
+            routine
+        });
+        let around = Surroundings {
+            shader: self.shader,
+            tables: self.tables,
+            routines: routines.collect(),
+            max_calls,
+            config: self.module.target_config(),
+        };
+        let sites = lower::lower(&around, number, &mut self.context.func, &mut self.builder);
+        if let Some((text, names)) = &mut self.text {
+            if !self.shader.routines.is_empty() {
+                let name = number.map_or("shader".to_owned(), |n| text::routine(n as u32));
+                text.clif.push(text::label(format!("{name}:")));
+                text.asm.push(text::label(format!("{name}:")));
+            }
+            text.clif.extend(text::clif(&self.context.func, &sites, names));
+            self.context.set_disasm(text::NEEDS_VCODE);
+        }
+        self.module.define_function(id, &mut self.context).map_err(words)?;
+        let compiled = self.context.compiled_code().expect("just compiled");
+        if let Some((text, names)) = &mut self.text {
+            text.asm.extend(text::asm(&self.context.func, compiled, &sites, names));
+        }
+        let frame =
+            compiled.buffer.frame_layout().map_or(u32::MAX, |frame| frame.frame_to_fp_offset);
+        self.max_frame = self.max_frame.max(u64::from(frame) + FRAME_EDGE);
+        Ok(compiled.code_buffer().len())
+    }
+}
+
+fn words(error: impl std::fmt::Display) -> String {
+    error.to_string()
 }
 
 /// A shader with the uniforms of one closure.

@@ -1,6 +1,6 @@
 //! Machine code of x86-64 processors back to text.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use cranelift_codegen::{CompiledCode, Final, MachSrcLoc};
 use iced_x86::{
@@ -12,13 +12,19 @@ use crate::sir::Site;
 use crate::text::{Line, Names, label, site};
 
 /// The lines of a compiled function, with labels where jumps go.
-pub(crate) fn lines(compiled: &CompiledCode, sites: &[Site], names: Names) -> Vec<Line> {
+/// `routines` are names of routines by where in the code their addresses will be.
+pub(crate) fn lines(
+    compiled: &CompiledCode,
+    sites: &[Site],
+    names: Names,
+    routines: HashMap<u64, String>,
+) -> Vec<Line> {
     let code = Code { bytes: compiled.code_buffer(), ranges: compiled.buffer.get_srclocs_sorted() };
     let pieces = code.pieces();
     let targets: BTreeSet<u64> = pieces.iter().flat_map(|(_, piece)| piece.targets()).collect();
     let labels: BTreeMap<u64, String> =
         targets.into_iter().zip(0..).map(|(target, n)| (target, format!("L{n}"))).collect();
-    let mut formatter = formatter(labels.clone(), names);
+    let mut formatter = formatter(Resolver { labels: labels.clone(), names, routines });
     let mut lines = Vec::new();
     for (offset, piece) in &pieces {
         lines.extend(labels.get(offset).map(|name| label(format!("{name}:"))));
@@ -129,6 +135,7 @@ fn is_jump(instruction: &Instruction) -> bool {
 struct Resolver {
     labels: BTreeMap<u64, String>,
     names: Names,
+    routines: HashMap<u64, String>,
 }
 
 impl SymbolResolver for Resolver {
@@ -143,7 +150,9 @@ impl SymbolResolver for Resolver {
         let name = if is_jump(instruction) {
             self.labels.get(&address).map(String::as_str)
         } else if operand == 1 && instruction.op1_kind() == OpKind::Immediate64 {
-            self.names.get(address)
+            // The immediate operand is the end of the instruction.
+            let routine = self.routines.get(&(instruction.next_ip() - 8));
+            routine.map(String::as_str).or_else(|| self.names.get(address))
         } else {
             None
         };
@@ -151,8 +160,7 @@ impl SymbolResolver for Resolver {
     }
 }
 
-fn formatter(labels: BTreeMap<u64, String>, names: Names) -> IntelFormatter {
-    let resolver = Resolver { labels, names };
+fn formatter(resolver: Resolver) -> IntelFormatter {
     let mut formatter = IntelFormatter::with_options(Some(Box::new(resolver)), None);
     let options = formatter.options_mut();
     options.set_space_after_operand_separator(true);

@@ -7,8 +7,8 @@
 //!
 //! Whatever cannot be compiled stays with the interpreter, for a [reason](Unsupported); whatever
 //! would be an error at run time is left to it too. So the results are the interpreter's, bit for
-//! bit. Not compiled are functions whose recursion depends on data and is not the last thing that
-//! they do, unless it is shallow, and those whose conditions leave different numbers of values.
+//! bit. Not compiled are functions whose recursion changes the shape of a value with each call, such
+//! as the length of an array, and those whose conditions leave different numbers of values.
 #![deny(unsafe_code)]
 
 mod abi;

@@ -148,7 +148,7 @@ impl Shaders<'_> {
 /// What is known of the results: that all ways return the same.
 fn results(shader: &Shader) -> [ShaderResult; 6] {
     let mut constants = HashMap::new();
-    for (val, inst, _) in shader.blocks.iter().flat_map(|block| &block.insts) {
+    for (val, inst, _) in shader.main.blocks.iter().flat_map(|block| &block.insts) {
         if let Inst::Real(value) = inst {
             constants.insert(*val, *value);
         }
@@ -159,8 +159,8 @@ fn results(shader: &Shader) -> [ShaderResult; 6] {
         None if uniforms.contains(&val.0) => ShaderResult::Uniform(val.0 - N_ARGUMENTS),
         None => ShaderResult::Computed,
     };
-    let ways = shader.blocks.iter().filter_map(|block| match &block.term {
-        Some((Term::Return(vals), _)) => Some(vals.map(of)),
+    let ways = shader.main.blocks.iter().filter_map(|block| match &block.term {
+        Some((Term::Return(vals), _)) => Some(std::array::from_fn(|index| of(vals[index]))),
         _ => None,
     });
     let either = |a: ShaderResult, b: ShaderResult| {

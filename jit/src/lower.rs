@@ -3,24 +3,26 @@
 //! Arithmetic becomes the same IEEE operations that `compiler::scalar` performs, in the same order
 //! and never contracted. Where that has no result (overflow, a root of a negative number, ...) the
 //! code branches to one block that returns [`LEFT`].
+//!
+//! A routine takes how many further calls may be active, the fuel, and its parameters; it returns the
+//! fuel that is left, a negative number if the interpreter must have a look, and its results.
 
 use compiler::op::Operator;
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{
     self, AbiParam, BlockArg, InstBuilder, JumpTableData, MemFlagsData, Signature, SourceLoc, types,
 };
-use cranelift_codegen::isa::TargetFrontendConfig;
-use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext};
+use cranelift_codegen::isa::{CallConv, TargetFrontendConfig};
+use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
 
 use crate::abi::{DONE, LEFT};
 use crate::runtime;
-use crate::sir::{Block, FACE, Inst, N_ARGUMENTS, Shader, Site, Term, Type, U, V, Val};
+use crate::sir::{
+    Block, Body, FACE, Inst, N_ARGUMENTS, Routine, Shader, Site, Term, Type, U, V, Val,
+};
 
 /// The signature of [`SurfaceFn`](crate::abi::SurfaceFn).
-pub(crate) fn signature(
-    call_conv: cranelift_codegen::isa::CallConv,
-    pointer: ir::Type,
-) -> Signature {
+pub(crate) fn signature(call_conv: CallConv, pointer: ir::Type) -> Signature {
     let mut signature = Signature::new(call_conv);
     let params = [pointer, types::I64, types::F64, types::F64, types::I64, pointer];
     signature.params.extend(params.map(AbiParam::new));
@@ -28,62 +30,90 @@ pub(crate) fn signature(
     signature
 }
 
-/// Fills `function`, whose signature is set, with a shader; `tables` are the addresses of its
-/// tables. The source locations of its instructions are indices into what is returned; those that
-/// serve the whole have none.
+/// The signature of a routine. The convention is one that returns any number of values.
+pub(crate) fn routine_signature(routine: &Routine) -> Signature {
+    let body = &routine.body;
+    let mut signature = Signature::new(CallConv::Tail);
+    let params = body.types[..body.n_params].iter().map(|ty| clif_type(*ty));
+    signature.params.extend([types::I64, types::I64].into_iter().chain(params).map(AbiParam::new));
+    let results = routine.results.iter().map(|ty| clif_type(*ty));
+    signature.returns.extend([types::I64].into_iter().chain(results).map(AbiParam::new));
+    signature
+}
+
+/// What a body of code refers to, and is called by.
+pub(crate) struct Surroundings<'s> {
+    pub(crate) shader: &'s Shader,
+    /// Addresses of the tables.
+    pub(crate) tables: &'s [*const u64],
+    /// The routines, as the function that is filled knows them.
+    pub(crate) routines: Vec<ir::FuncRef>,
+    /// How many calls of routines may be active at once.
+    pub(crate) max_calls: i64,
+    pub(crate) config: TargetFrontendConfig,
+}
+
+/// Fills `function`, whose signature is set, with the main body of a shader, or with that of the
+/// routine of a number. The source locations of its instructions are indices into what is returned;
+/// those that serve the whole have none.
 pub(crate) fn lower(
-    shader: &Shader,
-    tables: &[*const u64],
+    around: &Surroundings<'_>,
+    routine: Option<usize>,
     function: &mut ir::Function,
     context: &mut FunctionBuilderContext,
-    config: TargetFrontendConfig,
 ) -> Vec<Site> {
+    let shader = around.shader;
+    let routine = routine.map(|number| &shader.routines[number]);
+    let body = routine.map_or(&shader.main, |routine| &routine.body);
     let mut builder = FunctionBuilder::new(function, context);
-    let blocks: Vec<ir::Block> = shader.blocks.iter().map(|_| builder.create_block()).collect();
+    let blocks: Vec<ir::Block> = body.blocks.iter().map(|_| builder.create_block()).collect();
     let entry = builder.create_block();
     let leave = builder.create_block();
     builder.set_cold_block(leave);
     let mut lowering = Lowering {
-        shader,
-        tables,
-        live: shader.live(),
+        around,
+        body,
+        routine,
+        live: body.live(),
         builder,
-        values: vec![None; shader.types.len()],
+        values: vec![None; body.types.len()],
         blocks,
         leave,
         fuel: None,
+        max_calls: None,
         out: None,
-        pointer: config.pointer_type(),
-        call_conv: config.default_call_conv,
+        pointer: around.config.pointer_type(),
+        call_conv: around.config.default_call_conv,
         sites: Vec::new(),
     };
     lowering.entry(entry);
-    for index in 0..shader.blocks.len() {
+    for index in 0..body.blocks.len() {
         lowering.block(Block(index as u32));
     }
-    let Lowering { mut builder, leave, sites, .. } = lowering;
-    builder.switch_to_block(leave);
-    builder.set_srcloc(SourceLoc::default());
-    let left = builder.ins().iconst(types::I32, i64::from(LEFT));
-    builder.ins().return_(&[left]);
+    lowering.leave();
+    let Lowering { mut builder, sites, .. } = lowering;
     builder.seal_all_blocks();
-    builder.finalize(config);
+    builder.finalize(around.config);
     sites
 }
 
 struct Lowering<'s, 'f> {
-    shader: &'s Shader,
-    tables: &'s [*const u64],
+    around: &'s Surroundings<'s>,
+    body: &'s Body,
+    /// The routine that the body is of; none if it is the shader's.
+    routine: Option<&'s Routine>,
     live: Vec<bool>,
     builder: FunctionBuilder<'f>,
     values: Vec<Option<ir::Value>>,
     blocks: Vec<ir::Block>,
     leave: ir::Block,
-    /// What is left of the fuel, if the shader has loops.
-    fuel: Option<cranelift_frontend::Variable>,
+    /// What is left of the fuel, if there are loops or calls.
+    fuel: Option<Variable>,
+    /// How many further calls of routines may be active, if there are calls.
+    max_calls: Option<ir::Value>,
     out: Option<ir::Value>,
     pointer: ir::Type,
-    call_conv: cranelift_codegen::isa::CallConv,
+    call_conv: CallConv,
     /// The source locations given so far.
     sites: Vec<Site>,
 }
@@ -117,30 +147,13 @@ impl Lowering<'_, '_> {
     fn entry(&mut self, entry: ir::Block) {
         self.builder.append_block_params_for_function_params(entry);
         self.builder.switch_to_block(entry);
-        let [uniforms, face, u, v, fuel, out] = self.builder.block_params(entry)[..] else {
-            unreachable!("the signature has six parameters")
-        };
-        for (val, value) in [(FACE, face), (U, u), (V, v)] {
-            self.values[val.0 as usize] = Some(value);
+        match self.routine {
+            None => self.enter_shader(entry),
+            Some(_) => self.enter_routine(entry),
         }
-        self.out = Some(out);
-        if self.shader.blocks.iter().any(|block| block.is_loop) {
-            let variable = self.builder.declare_var(types::I64);
-            self.builder.def_var(variable, fuel);
-            self.fuel = Some(variable);
-        }
-        for index in 0..self.shader.n_uniforms {
-            let val = Val(N_ARGUMENTS + index);
-            if self.is_live(val) {
-                let ty = clif_type(self.shader.type_of(val));
-                let flags = MemFlagsData::trusted().with_readonly();
-                let value = self.builder.ins().load(ty, flags, uniforms, index as i32 * 8);
-                self.values[val.0 as usize] = Some(value);
-            }
-        }
-        for (index, block) in self.shader.blocks.iter().enumerate() {
+        for (index, block) in self.body.blocks.iter().enumerate() {
             for &param in block.params.iter().filter(|param| self.live[param.0 as usize]) {
-                let ty = clif_type(self.shader.type_of(param));
+                let ty = clif_type(self.body.type_of(param));
                 let value = self.builder.append_block_param(self.blocks[index], ty);
                 self.values[param.0 as usize] = Some(value);
             }
@@ -148,9 +161,77 @@ impl Lowering<'_, '_> {
         self.builder.ins().jump(self.blocks[0], &[]);
     }
 
+    fn enter_shader(&mut self, entry: ir::Block) {
+        let [uniforms, face, u, v, fuel, out] = self.builder.block_params(entry)[..] else {
+            unreachable!("the signature has six parameters")
+        };
+        for (val, value) in [(FACE, face), (U, u), (V, v)] {
+            self.values[val.0 as usize] = Some(value);
+        }
+        self.out = Some(out);
+        for index in 0..self.around.shader.n_uniforms {
+            let val = Val(N_ARGUMENTS + index);
+            if self.is_live(val) {
+                let ty = clif_type(self.body.type_of(val));
+                let flags = MemFlagsData::trusted().with_readonly();
+                let value = self.builder.ins().load(ty, flags, uniforms, index as i32 * 8);
+                self.values[val.0 as usize] = Some(value);
+            }
+        }
+        let has_calls = self.body.has_calls();
+        if has_calls || self.body.blocks.iter().any(|block| block.is_loop) {
+            self.declare_fuel(fuel);
+        }
+        if has_calls {
+            let max_calls = self.builder.ins().iconst(types::I64, self.around.max_calls);
+            self.max_calls = Some(max_calls);
+            self.take_fuel();
+        }
+    }
+
+    fn enter_routine(&mut self, entry: ir::Block) {
+        let [max_calls, fuel, params @ ..] = self.builder.block_params(entry) else {
+            unreachable!("the signature has two parameters more")
+        };
+        let (max_calls, fuel) = (*max_calls, *fuel);
+        for (value, &param) in self.values.iter_mut().zip(params) {
+            *value = Some(param);
+        }
+        let rest = self.builder.ins().iadd_imm_s(max_calls, -1);
+        let is_out = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
+        self.leave_if(is_out);
+        self.max_calls = Some(rest);
+        self.declare_fuel(fuel);
+        self.take_fuel();
+    }
+
+    fn declare_fuel(&mut self, fuel: ir::Value) {
+        let variable = self.builder.declare_var(types::I64);
+        self.builder.def_var(variable, fuel);
+        self.fuel = Some(variable);
+    }
+
+    /// The block that is jumped to when the interpreter must have a look.
+    fn leave(&mut self) {
+        self.builder.switch_to_block(self.leave);
+        self.builder.set_srcloc(SourceLoc::default());
+        let Some(routine) = self.routine else {
+            let left = self.builder.ins().iconst(types::I32, i64::from(LEFT));
+            self.builder.ins().return_(&[left]);
+            return;
+        };
+        let mut results = vec![self.builder.ins().iconst(types::I64, -1)];
+        results.extend(routine.results.iter().map(|ty| match ty {
+            Type::Real => self.builder.ins().f64const(0.0),
+            Type::Int => self.builder.ins().iconst(types::I64, 0),
+            Type::Bool => self.builder.ins().iconst(types::I8, 0),
+        }));
+        self.builder.ins().return_(&results);
+    }
+
     fn block(&mut self, block: Block) {
-        let shader = self.shader;
-        let data = &shader.blocks[block.0 as usize];
+        let body = self.body;
+        let data = &body.blocks[block.0 as usize];
         self.builder.switch_to_block(self.blocks[block.0 as usize]);
         if data.is_loop {
             self.at(data.site);
@@ -175,11 +256,11 @@ impl Lowering<'_, '_> {
         }
     }
 
-    /// Pays for one more round with the cost of all the code, which no round exceeds.
+    /// Pays for one more round or call with the cost of all the code, which none exceeds.
     fn take_fuel(&mut self) {
-        let variable = self.fuel.expect("declared when there are loops");
+        let variable = self.fuel.expect("declared when there are loops or calls");
         let fuel = self.builder.use_var(variable);
-        let cost = i64::try_from(self.shader.cost).unwrap_or(i64::MAX);
+        let cost = i64::try_from(self.body.costs.fuel).unwrap_or(i64::MAX);
         let rest = self.builder.ins().iadd_imm_s(fuel, cost.wrapping_neg());
         self.builder.def_var(variable, rest);
         let is_out = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
@@ -195,7 +276,7 @@ impl Lowering<'_, '_> {
     fn term(&mut self, term: &Term) {
         match term {
             Term::Jump(target, args) => {
-                let params = &self.shader.blocks[target.0 as usize].params;
+                let params = &self.body.blocks[target.0 as usize].params;
                 let args: Vec<BlockArg> = params
                     .iter()
                     .zip(args)
@@ -211,6 +292,7 @@ impl Lowering<'_, '_> {
             }
             Term::Switch(tag, targets) => self.switch(*tag, targets),
             Term::Return(vals) => self.return_(vals),
+            Term::Call(routine, args, next) => self.call_routine(*routine, args, *next),
             Term::Leave => {
                 self.builder.ins().jump(self.leave, &[]);
             }
@@ -231,14 +313,42 @@ impl Lowering<'_, '_> {
         self.builder.ins().br_table(tag, table);
     }
 
-    fn return_(&mut self, vals: &[Val; 6]) {
+    fn return_(&mut self, vals: &[Val]) {
+        let values: Vec<ir::Value> = vals.iter().map(|val| self.value(*val)).collect();
+        if self.routine.is_some() {
+            let fuel = self.fuel.expect("declared for routines");
+            let mut results = vec![self.builder.use_var(fuel)];
+            results.extend(values);
+            self.builder.ins().return_(&results);
+            return;
+        }
         let out = self.out.expect("set at the entry");
-        for (index, val) in vals.iter().enumerate() {
-            let value = self.value(*val);
+        for (index, value) in values.into_iter().enumerate() {
             self.builder.ins().store(MemFlagsData::trusted(), value, out, index as i32 * 8);
         }
         let done = self.builder.ins().iconst(types::I32, i64::from(DONE));
         self.builder.ins().return_(&[done]);
+    }
+
+    fn call_routine(&mut self, routine: u32, args: &[Val], next: Block) {
+        let fuel = self.fuel.expect("declared when there are calls");
+        let max_calls = self.max_calls.expect("set when there are calls");
+        let mut values = vec![max_calls, self.builder.use_var(fuel)];
+        values.extend(args.iter().map(|val| self.value(*val)));
+        let call = self.builder.ins().call(self.around.routines[routine as usize], &values);
+        let returned = self.builder.inst_results(call).to_vec();
+        let (&rest, results) = returned.split_first().expect("the fuel is returned first");
+        self.builder.def_var(fuel, rest);
+        let has_left = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
+        self.leave_if(has_left);
+        let params = &self.body.blocks[next.0 as usize].params;
+        let args: Vec<BlockArg> = params
+            .iter()
+            .zip(results)
+            .filter(|(param, _)| self.is_live(**param))
+            .map(|(_, result)| BlockArg::Value(*result))
+            .collect();
+        self.builder.ins().jump(self.blocks[next.0 as usize], &args);
     }
 
     fn inst(&mut self, inst: &Inst) -> ir::Value {
@@ -282,11 +392,12 @@ impl Lowering<'_, '_> {
     }
 
     fn entry_of_table(&mut self, table: u32, index: Val) -> ir::Value {
-        let base = self.builder.ins().iconst(self.pointer, self.tables[table as usize] as i64);
+        let base =
+            self.builder.ins().iconst(self.pointer, self.around.tables[table as usize] as i64);
         let index = self.value(index);
         let bytes = self.builder.ins().ishl_imm_s(index, 3);
         let address = self.builder.ins().iadd(base, bytes);
-        let ty = clif_type(self.shader.tables[table as usize].ty);
+        let ty = clif_type(self.around.shader.tables[table as usize].ty);
         self.builder.ins().load(ty, MemFlagsData::trusted().with_readonly(), address, 0)
     }
 

@@ -16,7 +16,7 @@ use vm::value::Closure;
 
 use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
-use crate::sir::{FACE, Shader, U, V};
+use crate::sir::{Body, FACE, Shader, U, V};
 use crate::specialize::specialize;
 use crate::stopwatch::Stopwatch;
 use crate::text::Text;
@@ -164,7 +164,8 @@ impl Variant {
     /// call.
     fn is_hot(&self, fuel: u64) -> bool {
         let spent = self.spent.fetch_add(fuel, Ordering::Relaxed) + fuel;
-        let n_insts: usize = self.shader.blocks.iter().map(|block| block.insts.len()).sum();
+        let bodies = self.shader.routines.iter().map(|routine| &routine.body);
+        let n_insts: usize = bodies.chain([&self.shader.main]).map(Body::n_insts).sum();
         spent / PATIENCE > COMPILE_FUEL + COMPILE_FUEL_PER_INST * n_insts as u64
     }
 }
@@ -291,8 +292,8 @@ impl<'p> Shaders<'p> {
         Bound { variant, uniforms }: &Bound,
     ) -> Result<Tier, Unsupported> {
         let shader = &variant.shader;
-        if self.limits.fuel < shader.cost
-            || self.limits.max_depth < shader.depth
+        if self.limits.fuel < shader.main.costs.fuel
+            || self.limits.max_depth < shader.main.costs.depth
             || self.limits.max_memory < MIN_MEMORY
         {
             return Err(self.declined(index, "the limits on it are tight"));
@@ -301,7 +302,9 @@ impl<'p> Shaders<'p> {
             let code = self.generating.measure(|| self.code(index, shader, None))?;
             if let Some(observer) = self.observer {
                 let span = self.span(index);
-                observer(Region { span, address: code.address(), n_bytes: code.n_bytes });
+                for (address, n_bytes) in code.parts() {
+                    observer(Region { span, address, n_bytes });
+                }
             }
             Ok(Arc::new(code))
         };
@@ -317,7 +320,7 @@ impl<'p> Shaders<'p> {
         text: Option<&mut Text>,
     ) -> Result<Code, Unsupported> {
         let isa = isa().ok_or("there is no code generator for this processor".to_owned());
-        isa.and_then(|isa| Code::compile(shader, &isa, text))
+        isa.and_then(|isa| Code::compile(shader, self.max_calls(shader), &isa, text))
             .map_err(|reason| self.declined(index, &reason))
     }
 
@@ -361,6 +364,17 @@ impl<'p> Shaders<'p> {
         Unsupported { span: self.span(index), reason: reason.to_owned() }
     }
 
+    /// How many calls of a shader's routines the interpreter can have active at once for sure.
+    fn max_calls(&self, shader: &Shader) -> u64 {
+        let bodies = || shader.routines.iter().map(|routine| routine.body.costs);
+        let depth = self.limits.max_depth.saturating_sub(shader.main.costs.depth);
+        let depth_of_call = bodies().map(|costs| costs.depth).max().unwrap_or(0).max(1);
+        let memory_of_call = bodies().map(|costs| costs.memory).max().unwrap_or(0).max(1);
+        // Half of the memory is left to the main body, and to what the collector lets lie.
+        let by_memory = self.limits.max_memory / 2 / memory_of_call;
+        by_memory.min((depth / depth_of_call) as u64)
+    }
+
     fn span(&self, index: usize) -> Span {
         let function = self.surfaces[index].function as usize;
         self.program.bytecode.functions[function].span
@@ -369,7 +383,7 @@ impl<'p> Shaders<'p> {
 
 /// What a shader's results, and that it has results, depend on.
 fn needs(shader: &Shader) -> Needs {
-    let live = shader.live();
+    let live = shader.main.live();
     let [face, u, v] = [FACE, U, V].map(|argument| live[argument.0 as usize]);
     Needs { face, u, v }
 }

@@ -2,7 +2,8 @@
 //!
 //! Points, arrays and closures are gone at this stage. Blocks take parameters; a value is used only
 //! where its definition dominates. Whatever the interpreter would report as an error leads to
-//! [`Term::Leave`].
+//! [`Term::Leave`]. A recursion that is neither a loop nor of known depth is a [`Routine`], which
+//! the shader and routines call.
 
 use std::collections::BTreeSet;
 
@@ -67,8 +68,10 @@ pub(crate) enum Term {
     Branch(Val, [Block; 2]),
     /// By an integer in range.
     Switch(Val, Vec<Block>),
-    /// Red, green, blue, kd, ks, n.
-    Return([Val; 6]),
+    /// Of a shader: red, green, blue, kd, ks, n. Of a routine: its results.
+    Return(Vec<Val>),
+    /// Calls the routine of that number; goes on in the block, whose parameters are the results.
+    Call(u32, Vec<Val>, Block),
     /// The interpreter must have a look.
     Leave,
 }
@@ -95,7 +98,7 @@ pub(crate) struct BlockData {
 }
 
 /// Numbers that a shader looks up by index, as their bits.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Table {
     pub(crate) ty: Type,
     pub(crate) entries: Vec<u64>,
@@ -104,19 +107,64 @@ pub(crate) struct Table {
 /// A specialized surface function.
 #[derive(Clone, Debug)]
 pub(crate) struct Shader {
-    pub(crate) types: Vec<Type>,
-    pub(crate) blocks: Vec<BlockData>,
+    /// Its parameters are the arguments and the uniforms.
+    pub(crate) main: Body,
+    pub(crate) routines: Vec<Routine>,
     pub(crate) tables: Vec<Table>,
     pub(crate) n_uniforms: u32,
     /// The functions that were run.
     pub(crate) functions: BTreeSet<u32>,
-    /// The most that one pass through the code costs in the interpreter's fuel.
-    pub(crate) cost: u64,
-    /// The most calls that are active at once in the interpreter.
-    pub(crate) depth: usize,
 }
 
-impl Shader {
+/// Code that calls itself, or others that call it.
+#[derive(Clone, Debug)]
+pub(crate) struct Routine {
+    pub(crate) body: Body,
+    pub(crate) results: Vec<Type>,
+}
+
+/// The code of a shader or routine; it starts with the first block.
+#[derive(Clone, Debug)]
+pub(crate) struct Body {
+    /// Of the values; the first are the parameters.
+    pub(crate) types: Vec<Type>,
+    pub(crate) n_params: usize,
+    pub(crate) blocks: Vec<BlockData>,
+    pub(crate) costs: Costs,
+}
+
+/// What the interpreter needs for what a body does.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Costs {
+    /// The most fuel for one pass through the code.
+    pub(crate) fuel: u64,
+    /// The most calls that are active at once.
+    pub(crate) depth: usize,
+    /// The most bytes of values that one pass through the code makes.
+    pub(crate) memory: u64,
+}
+
+impl Body {
+    pub(crate) fn new(params: Vec<Type>) -> Self {
+        let n_params = params.len();
+        Body { types: params, n_params, blocks: Vec::new(), costs: Costs::default() }
+    }
+
+    /// Its number of values and blocks.
+    pub(crate) fn size(&self) -> usize {
+        self.types.len() + self.blocks.len()
+    }
+
+    /// Its number of instructions.
+    pub(crate) fn n_insts(&self) -> usize {
+        self.blocks.iter().map(|block| block.insts.len()).sum()
+    }
+
+    /// Whether it calls routines.
+    pub(crate) fn has_calls(&self) -> bool {
+        self.blocks.iter().any(|block| matches!(block.term, Some((Term::Call(..), _))))
+    }
+
     pub(crate) fn type_of(&self, val: Val) -> Type {
         self.types[val.0 as usize]
     }
@@ -148,7 +196,9 @@ impl Shader {
                 }
             }
             Some((Term::Branch(val, _) | Term::Switch(val, _), _)) => wake(*val),
-            Some((Term::Return(vals), _)) => vals.iter().copied().for_each(wake),
+            Some((Term::Return(vals) | Term::Call(_, vals, _), _)) => {
+                vals.iter().copied().for_each(wake);
+            }
             Some((Term::Leave, _)) | None => {}
         }
         for (val, inst, _) in block.insts.iter().rev() {

@@ -1,5 +1,6 @@
 //! GML values as a specializer sees them: known, or partly known.
 
+use std::cell::Cell;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -8,6 +9,9 @@ use compiler::op::Type;
 use vm::value::{Array, Closure, Value};
 
 use crate::sir::Val;
+
+/// So many parts of two values are compared.
+pub(crate) const MAX_COMPARED: usize = 1024;
 
 /// A scalar: a constant, or a value of the shader.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -189,26 +193,37 @@ impl Sym {
         })
     }
 
-    /// Whether both are the same value for sure. Constants are compared by their bits.
+    /// Whether both are the same value for sure. Constants are compared by their bits. Values that
+    /// share their parts may be endless to walk through: they are different where that takes long.
     pub(crate) fn is_same(&self, other: &Sym) -> bool {
+        self.is_same_within(other, &Cell::new(MAX_COMPARED))
+    }
+
+    /// The same, while parts are left to be compared.
+    pub(crate) fn is_same_within(&self, other: &Sym, left: &Cell<usize>) -> bool {
+        if left.get() == 0 {
+            return false;
+        }
+        left.set(left.get() - 1);
         match (self, other) {
             (Sym::Real(a), Sym::Real(b)) => same_real(a, b),
             (Sym::Int(a), Sym::Int(b)) => a == b,
             (Sym::Bool(a), Sym::Bool(b)) => a == b,
             (Sym::Point(a), Sym::Point(b)) => a.iter().zip(b).all(|(a, b)| same_real(a, b)),
             (Sym::Closure(f, a), Sym::Closure(g, b)) => {
-                f == g
-                    && (a.is_identical(b)
-                        || all_same(a.len(), b.len(), |i| a.get(i).is_same(&b.get(i))))
+                let same_part = |i| a.get(i).is_same_within(&b.get(i), left);
+                f == g && (a.is_identical(b) || all_same(a.len(), b.len(), same_part))
             }
             (Sym::Array(a), Sym::Array(b)) => {
-                a.is_identical(b) || all_same(a.len(), b.len(), |i| a.get(i).is_same(&b.get(i)))
+                let same_part = |i| a.get(i).is_same_within(&b.get(i), left);
+                a.is_identical(b) || all_same(a.len(), b.len(), same_part)
             }
             (Sym::Table(a), Sym::Table(b)) => {
                 a.tables == b.tables && a.lengths == b.lengths && a.offset == b.offset
             }
             (Sym::Choice(a, x), Sym::Choice(b, y)) => {
-                a == b && all_same(x.len(), y.len(), |i| x[i].is_same(&y[i]))
+                let same_part = |i: usize| x[i].is_same_within(&y[i], left);
+                a == b && all_same(x.len(), y.len(), same_part)
             }
             (Sym::Opaque(s, a), Sym::Opaque(t, b)) => s == t && a == b,
             (Sym::Dead, Sym::Dead) => true,

@@ -9,6 +9,8 @@ use std::collections::HashMap;
 use cranelift_codegen::CompiledCode;
 use cranelift_codegen::ir::{Function, Inst, InstructionData, Opcode, SourceLoc};
 use cranelift_codegen::write::write_block_header;
+#[cfg(target_arch = "x86_64")]
+use cranelift_codegen::{FinalizedMachReloc, FinalizedRelocTarget, ir::ExternalName};
 
 use crate::runtime;
 use crate::sir::Site;
@@ -28,7 +30,7 @@ pub struct Line {
     pub site: Option<Site>,
 }
 
-/// The forms of one shader.
+/// The forms of one shader: its routines, if it has any, each under its name, and its own.
 #[derive(Debug, Default)]
 pub(crate) struct Text {
     pub(crate) clif: Vec<Line>,
@@ -36,6 +38,7 @@ pub(crate) struct Text {
 }
 
 /// Names for addresses, which are different in each run.
+#[derive(Clone)]
 pub(crate) struct Names(HashMap<u64, String>);
 
 impl Names {
@@ -93,15 +96,38 @@ fn instruction(function: &Function, inst: Inst, names: &Names) -> String {
 }
 
 /// The lines of the compiled function.
-pub(crate) fn asm(compiled: &CompiledCode, sites: &[Site], names: Names) -> Vec<Line> {
+pub(crate) fn asm(
+    function: &Function,
+    compiled: &CompiledCode,
+    sites: &[Site],
+    names: &Names,
+) -> Vec<Line> {
     #[cfg(target_arch = "x86_64")]
-    return crate::decode::lines(compiled, sites, names);
+    return crate::decode::lines(compiled, sites, names.clone(), routines(function, compiled));
     #[cfg(not(target_arch = "x86_64"))]
     {
-        let _ = (sites, names);
+        let _ = (function, sites, names);
         let text = compiled.vcode.as_deref().unwrap_or_default();
         text.lines().map(|line| label(line.to_owned())).collect()
     }
+}
+
+/// The routines whose addresses will be in the code, by where.
+#[cfg(target_arch = "x86_64")]
+fn routines(function: &Function, compiled: &CompiledCode) -> HashMap<u64, String> {
+    let names = function.params.user_named_funcs();
+    let routine = |relocation: &FinalizedMachReloc| match relocation.target {
+        FinalizedRelocTarget::ExternalName(ExternalName::User(name)) => {
+            Some((u64::from(relocation.offset), routine(names[name].index)))
+        }
+        _ => None,
+    };
+    compiled.buffer.relocs().iter().filter_map(routine).collect()
+}
+
+/// What a routine is called. Routines are declared first, in their order.
+pub(crate) fn routine(number: u32) -> String {
+    format!("routine{number}")
 }
 
 pub(crate) fn label(text: String) -> Line {
@@ -169,7 +195,7 @@ mod tests {
     fn text(shader: &Shader) -> Text {
         let mut text = Text::default();
         let isa = isa().expect("tests run where there is a code generator");
-        Code::compile(shader, &isa, Some(&mut text)).expect("it compiles");
+        Code::compile(shader, 100, &isa, Some(&mut text)).expect("it compiles");
         text
     }
 
@@ -178,7 +204,7 @@ mod tests {
     fn origins_do_not_change_the_code() {
         let mut shader = shader();
         let with = text(&shader);
-        for block in &mut shader.blocks {
+        for block in &mut shader.main.blocks {
             block.site = Site::default();
             block.insts.iter_mut().for_each(|(.., site)| *site = Site::default());
             block.term.iter_mut().for_each(|(_, site)| *site = Site::default());

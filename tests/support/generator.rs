@@ -6,24 +6,46 @@
 
 use std::fmt::Write;
 
-/// A sequence of numbers that looks random; the seed names the program.
-pub(crate) struct Random(u64);
+use renderer::surface::SurfacePoint;
+use vm::machine::Limits;
+
+/// Limits that generated programs run into now and then.
+pub const LIMITS: Limits = Limits { fuel: 200_000, max_depth: 1000, max_memory: 64 << 20 };
+
+/// A sequence of numbers: some that were given, then such as look random.
+pub struct Random {
+    /// What is given, the last first.
+    given: Vec<u8>,
+    state: u64,
+}
 
 impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d)
+    /// The seed names the sequence.
+    pub fn new(seed: u64) -> Self {
+        let state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5851_f42d_4c95_7f2d;
+        Random { given: Vec::new(), state }
     }
 
-    pub(crate) fn next(&mut self) -> u64 {
+    /// Each byte decides one thing, so that another byte makes a similar program.
+    #[allow(dead_code, reason = "for the fuzz targets")]
+    pub fn of_bytes(bytes: &[u8]) -> Self {
+        Random { given: bytes.iter().rev().copied().collect(), ..Random::new(0) }
+    }
+
+    fn next(&mut self) -> u64 {
         // xorshift64* (Vigna 2016).
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
+        self.state ^= self.state >> 12;
+        self.state ^= self.state << 25;
+        self.state ^= self.state >> 27;
+        self.state.wrapping_mul(0x2545_f491_4f6c_dd1d)
     }
 
-    pub(crate) fn below(&mut self, n: u64) -> u64 {
-        (self.next() >> 33) % n
+    fn below(&mut self, n: u64) -> u64 {
+        match self.given.pop() {
+            // Spread, as there are not as many bytes as numbers.
+            Some(byte) => u64::from(byte).wrapping_mul(0x0101_0101) % n,
+            None => (self.next() >> 33) % n,
+        }
     }
 
     fn one_in(&mut self, n: u64) -> bool {
@@ -46,10 +68,21 @@ enum Type {
     Functions(u64),
 }
 
+/// Where to call a surface function.
+pub fn points(random: &mut Random) -> Vec<SurfacePoint> {
+    let coordinate = |random: &mut Random| match random.below(6) {
+        0 => 0.0,
+        1 => 1.0,
+        _ => random.below(1 << 20) as f64 / (1u64 << 20) as f64,
+    };
+    let mut point =
+        |k: u8| SurfacePoint { face: k % 6, u: coordinate(random), v: coordinate(random) };
+    (0..16).map(&mut point).collect()
+}
+
 /// A program that leaves a surface function.
-pub(crate) fn program(seed: u64) -> String {
-    let mut generator =
-        Generator { random: Random::new(seed), text: String::new(), names: Vec::new(), n_names: 0 };
+pub fn program(random: &mut Random) -> String {
+    let mut generator = Generator { random, text: String::new(), names: Vec::new(), n_names: 0 };
     for _ in 0..generator.random.below(6) {
         generator.binding(2);
     }
@@ -70,15 +103,15 @@ pub(crate) fn program(seed: u64) -> String {
     generator.text
 }
 
-struct Generator {
-    random: Random,
+struct Generator<'r> {
+    random: &'r mut Random,
     text: String,
     /// What is in scope.
     names: Vec<(String, Type)>,
     n_names: u64,
 }
 
-impl Generator {
+impl Generator<'_> {
     fn write(&mut self, word: &str) {
         self.text.push_str(word);
         self.text.push(' ');
@@ -183,6 +216,9 @@ impl Generator {
     }
 
     fn point(&mut self, depth: u32) {
+        if depth > 0 && self.random.one_in(12) {
+            return self.recursion(Type::Point, depth - 1);
+        }
         for _ in 0..3 {
             self.expression(Type::Real, depth.saturating_sub(1));
         }
@@ -264,7 +300,7 @@ impl Generator {
                 self.write("get apply");
             }
             10 => self.tail_loop(below),
-            11 => self.recursion(below),
+            11 => self.recursion(Type::Real, below),
             _ => self.operate(&[Type::Real, Type::Real], &["addf", "subf", "mulf", "divf"], below),
         }
     }
@@ -330,19 +366,82 @@ impl Generator {
         );
     }
 
-    /// A recursion that does something after it has called itself.
-    fn recursion(&mut self, depth: u32) {
-        let (own, n) = (self.new_name(), self.new_name());
-        let rounds = self.random.below(4);
-        let start = if self.random.one_in(3) { "face".to_owned() } else { rounds.to_string() };
-        let _ = write!(self.text, "{start} {{ /{own} /{n} {n} 1 lessi {{ ");
-        self.expression(Type::Real, depth);
-        let _ = write!(self.text, "}} {{ {n} 1 subi {own} {own} apply ");
+    /// A recursion that does something after it has called itself, or after another function has
+    /// that calls it. What it leaves is a real or a point.
+    fn recursion(&mut self, ty: Type, depth: u32) {
+        let n_functions = if self.random.one_in(4) { 2 } else { 1 };
+        let is_summed_up = self.random.one_in(3);
+        if is_summed_up {
+            self.expression(Type::Real, depth);
+        }
+        self.count();
+        let own: Vec<String> = (0..n_functions).map(|_| self.new_name()).collect();
+        for _ in 0..n_functions {
+            self.recursive_function(ty, n_functions, is_summed_up, depth);
+        }
+        let binders: String = own.iter().rev().map(|name| format!("/{name} ")).collect();
+        let (first, last) = (&own[0], &own[n_functions - 1]);
+        let arguments = if n_functions == 1 { first.clone() } else { format!("{last} {first}") };
+        let _ = write!(self.text, "{binders} {arguments} {first} apply ");
+    }
+
+    /// How often a recursion takes place.
+    fn count(&mut self) {
+        match self.random.below(8) {
+            0 | 1 => self.write("face"),
+            2 => self.write("u 20.0 mulf floor"),
+            3 => {
+                let most = if self.random.one_in(4) { "1100.0" } else { "90.0" };
+                let _ = write!(self.text, "v {most} mulf floor ");
+            }
+            _ => {
+                let rounds = self.random.below(4);
+                let _ = write!(self.text, "{rounds} ");
+            }
+        }
+    }
+
+    /// A function of a count and those to call, of which it calls the last with one less.
+    fn recursive_function(&mut self, ty: Type, n_functions: usize, sums_up: bool, depth: u32) {
+        let own: Vec<String> = (0..n_functions).map(|_| self.new_name()).collect();
+        let (n, sum, left) = (self.new_name(), self.new_name(), self.new_name());
+        let binders: String = own.iter().map(|name| format!("/{name} ")).collect();
         let in_scope = self.names.len();
-        self.names.push((n, Type::Int));
-        self.expression(Type::Real, depth);
-        self.names.truncate(in_scope);
+        let _ = write!(self.text, "{{ {binders}/{n} ");
+        self.names.push((n.clone(), Type::Int));
+        if sums_up {
+            let _ = write!(self.text, "/{sum} ");
+            self.names.push((sum, Type::Real));
+        }
+        let _ = write!(self.text, "{n} 1 lessi {{ ");
+        self.expression(ty, depth);
+        self.write("} {");
+        self.call_again(&own, &n, 1, sums_up, depth);
+        let _ = write!(self.text, "/{left} ");
+        self.names.push((left.clone(), ty));
+        self.expression(ty, depth);
         let operator = ["addf", "subf", "mulf"][self.random.below(3) as usize];
-        let _ = write!(self.text, "{operator} }} if }} /{own} {own} {own} apply ");
+        if ty == Type::Point {
+            let _ = write!(self.text, "getx {left} getx {operator} {left} gety {left} getz point ");
+        } else {
+            let _ = write!(self.text, "{left} {operator} ");
+        }
+        if ty == Type::Real && self.random.one_in(6) {
+            // Twice, not too deeply.
+            let _ = write!(self.text, "{n} 6 lessi {{ ");
+            self.call_again(&own, &n, 2, sums_up, 0);
+            let _ = write!(self.text, "}} {{ {left} }} if subf ");
+        }
+        self.write("} if }");
+        self.names.truncate(in_scope);
+    }
+
+    fn call_again(&mut self, own: &[String], n: &str, less: u64, sums_up: bool, depth: u32) {
+        if sums_up {
+            self.expression(Type::Real, depth);
+        }
+        let callee = &own[own.len() - 1];
+        let functions = own.join(" ");
+        let _ = write!(self.text, "{n} {less} subi {functions} {callee} apply ");
     }
 }

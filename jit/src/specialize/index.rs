@@ -4,7 +4,7 @@ use std::rc::Rc;
 
 use crate::sir::{Inst, Table, Type, Val};
 use crate::specialize::join::MAX_ALTERNATIVES;
-use crate::specialize::{Run, Specializer, State, Stop};
+use crate::specialize::{Run, STEP_VALUES, Specializer, State, Stop};
 use crate::sym::{Elements, Num, Sym, TableView};
 
 /// A table has at most so many entries.
@@ -93,7 +93,7 @@ impl Specializer<'_> {
                 offset,
             });
         }
-        let ty = self.shader.tables[view.tables[0] as usize].ty;
+        let ty = self.tables[view.tables[0] as usize].ty;
         let entries: Vec<Val> = view
             .tables
             .iter()
@@ -110,29 +110,65 @@ impl Specializer<'_> {
     /// The whole of an array as a view, if it holds constant numbers or points of one type, or
     /// arrays of such that are equally long.
     fn table(&mut self, elements: &Elements) -> Run<Option<TableView>> {
-        let Some((lengths, leaves)) = flattened(elements) else { return Ok(None) };
-        let Some(columns) = columns(&leaves) else { return Ok(None) };
-        let address = match elements {
-            Elements::Known(array) => std::sync::Arc::as_ptr(&array.0) as usize,
-            Elements::Constant(array) => std::sync::Arc::as_ptr(array) as usize,
-            Elements::Parts(parts) => Rc::as_ptr(parts).cast::<Sym>() as usize,
-        };
         let offset = self.int(Num::Const(0));
-        let is_kept = !matches!(elements, Elements::Parts(_));
-        if let Some(tables) = self.tables.get(&address).filter(|_| is_kept) {
-            return Ok(Some(TableView { tables: tables.clone(), lengths: lengths.into(), offset }));
+        // The address of an array that stays where it is.
+        let address = match elements {
+            Elements::Known(array) => Some(std::sync::Arc::as_ptr(&array.0) as usize),
+            Elements::Constant(array) => Some(std::sync::Arc::as_ptr(array) as usize),
+            Elements::Parts(_) => None,
+        };
+        if let Some(view) = address.and_then(|address| self.views.get(&address)) {
+            return Ok(Some(TableView { offset, ..view.clone() }));
         }
-        let n_entries: usize = self.shader.tables.iter().map(|table| table.entries.len()).sum();
+        let Some((lengths, leaves)) = self.flattened(elements)? else { return Ok(None) };
+        let Some(columns) = columns(&leaves) else { return Ok(None) };
+        let n_entries: usize = self.tables.iter().map(|table| table.entries.len()).sum();
         if n_entries + leaves.len() > MAX_TABLE {
             return self.decline("its tables are too large");
         }
-        let first = self.shader.tables.len() as u32;
-        let tables: Rc<[u32]> = (first..first + columns.len() as u32).collect();
-        self.shader.tables.extend(columns);
-        if is_kept {
-            self.tables.insert(address, tables.clone());
+        let tables: Rc<[u32]> =
+            columns.into_iter().map(|column| self.table_number(column)).collect();
+        let view = TableView { tables, lengths: lengths.into(), offset };
+        if let Some(address) = address {
+            self.views.insert(address, view.clone());
         }
-        Ok(Some(TableView { tables, lengths: lengths.into(), offset }))
+        Ok(Some(view))
+    }
+
+    /// The lengths of arrays of arrays, and what is innermost, in order; `None` if arrays side by side
+    /// differ in length, or are empty.
+    fn flattened(&mut self, elements: &Elements) -> Run<Option<(Vec<u32>, Vec<Sym>)>> {
+        let mut lengths = Vec::new();
+        let mut level: Vec<Sym> = vec![Sym::Array(elements.clone())];
+        while let Some(Sym::Array(first)) = level.first() {
+            let length = first.len();
+            let n_inner = length.saturating_mul(level.len());
+            if length == 0 || n_inner > MAX_TABLE {
+                return Ok(None);
+            }
+            self.take_steps(n_inner / STEP_VALUES)?;
+            lengths.push(length as u32);
+            let mut inner = Vec::with_capacity(n_inner);
+            for sym in &level {
+                let Sym::Array(elements) = sym else { return Ok(None) };
+                if elements.len() != length {
+                    return Ok(None);
+                }
+                inner.extend((0..length).map(|index| elements.get(index)));
+            }
+            level = inner;
+        }
+        Ok(Some((lengths, level)))
+    }
+
+    /// The number of a table; tables with the same entries share one.
+    fn table_number(&mut self, table: Table) -> u32 {
+        let known = self.tables.iter().position(|known| *known == table);
+        let number = known.unwrap_or(self.tables.len());
+        if known.is_none() {
+            self.tables.push(table);
+        }
+        number as u32
     }
 
     /// `r[target] =` number of elements of `r[array]`
@@ -149,30 +185,6 @@ impl Specializer<'_> {
         state.set(target, Sym::Int(Num::Const(length as i64)));
         Ok(Some(state))
     }
-}
-
-/// The lengths of arrays of arrays, and what is innermost, in order; `None` if arrays side by side
-/// differ in length, or are empty.
-fn flattened(elements: &Elements) -> Option<(Vec<u32>, Vec<Sym>)> {
-    let mut lengths = Vec::new();
-    let mut level: Vec<Sym> = vec![Sym::Array(elements.clone())];
-    while let Some(Sym::Array(first)) = level.first() {
-        let length = first.len();
-        lengths.push(u32::try_from(length).ok()?);
-        if length == 0 || length.checked_mul(level.len())? > MAX_TABLE {
-            return None;
-        }
-        let mut inner = Vec::with_capacity(length * level.len());
-        for sym in &level {
-            let Sym::Array(elements) = sym else { return None };
-            if elements.len() != length {
-                return None;
-            }
-            inner.extend((0..length).map(|index| elements.get(index)));
-        }
-        level = inner;
-    }
-    Some((lengths, level))
 }
 
 /// Constant numbers as a table, or points as three.

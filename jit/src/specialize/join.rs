@@ -1,10 +1,11 @@
 //! Where the ways of a fork meet.
 
+use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::sir::{Block, Inst, Term, Type, Val};
-use crate::specialize::{Frame, Run, Specializer, State};
-use crate::sym::{Captures, Elements, Num, Sym, TableView};
+use crate::specialize::{Frame, Run, STEP_VALUES, Specializer, State};
+use crate::sym::{Captures, Elements, MAX_COMPARED, Num, Sym, TableView};
 
 /// A choice has at most so many alternatives.
 pub(super) const MAX_ALTERNATIVES: usize = 64;
@@ -37,7 +38,7 @@ impl Specializer<'_> {
     ) -> Run<Option<State>> {
         if ends.len() < 2 {
             return Ok(ends.pop().map(|(block, state)| {
-                self.block = block;
+                self.work.block = block;
                 state
             }));
         }
@@ -50,12 +51,12 @@ impl Specializer<'_> {
         };
         let joined = self.join_states(&mut meeting, &ends)?;
         for (&block, args) in meeting.ways.iter().zip(&meeting.args) {
-            self.block = block;
+            self.work.block = block;
             self.site = self.last_site(block);
             let args = args.iter().map(|scalar| self.materialize(*scalar)).collect();
             self.end(block, Term::Jump(meeting.block, args));
         }
-        self.block = meeting.block;
+        self.work.block = meeting.block;
         Ok(Some(joined))
     }
 
@@ -110,7 +111,10 @@ impl Specializer<'_> {
     /// structures are joined part by part, and what is too different becomes a choice.
     fn join_syms(&mut self, meeting: &mut Meeting, syms: &[&Sym]) -> Run<Sym> {
         let first = syms[0];
-        if syms[1..].iter().all(|sym| first.is_same(sym)) {
+        let left = Cell::new(MAX_COMPARED);
+        let are_same = syms[1..].iter().all(|sym| first.is_same_within(sym, &left));
+        self.take_steps(1 + (MAX_COMPARED - left.get()) / STEP_VALUES)?;
+        if are_same {
             return Ok(first.clone());
         }
         if syms.iter().any(|sym| matches!(sym, Sym::Dead)) {
@@ -199,6 +203,10 @@ impl Specializer<'_> {
     /// An alternative that is only meant if a certain way was taken: what it holds of values defined
     /// on that way is carried over by parameters, for which the other ways bring anything.
     fn carried(&mut self, meeting: &mut Meeting, way: usize, sym: &Sym) -> Sym {
+        if self.take_steps(1).is_err() {
+            // The run ends at its next step.
+            return sym.clone();
+        }
         match sym {
             Sym::Real(num) => Sym::Real(self.carried_real(meeting, way, *num)),
             Sym::Int(Num::Ssa(val)) => {
@@ -255,7 +263,7 @@ impl Specializer<'_> {
 
     /// `tag + base`, computed at the end of a way.
     fn shifted(&mut self, meeting: &Meeting, way: usize, tag: Val, base: i64) -> Val {
-        self.block = meeting.ways[way];
+        self.work.block = meeting.ways[way];
         let base = self.int(Num::Const(base));
         self.emit(Type::Int, Inst::Offset { offset: Some(tag), index: base, stride: 1 })
     }
@@ -270,6 +278,14 @@ impl Specializer<'_> {
 }
 
 impl Scalar {
+    pub(super) fn sym(self) -> Sym {
+        match self {
+            Scalar::Real(num) => Sym::Real(num),
+            Scalar::Int(num) => Sym::Int(num),
+            Scalar::Bool(num) => Sym::Bool(num),
+        }
+    }
+
     pub(super) fn ty(self) -> Type {
         match self {
             Scalar::Real(_) => Type::Real,

@@ -11,6 +11,9 @@
 //! is repeated with this knowledge. Without a fork in between the trip count is known, and the loop
 //! unrolls.
 //!
+//! A function that calls itself elsewhere than in tail position, with forks in between, is entered a
+//! few times; if that does not end, the run is repeated with the function as a routine (`routines`).
+//!
 //! All jumps in bytecode go forward, so nothing else can repeat.
 
 mod index;
@@ -18,40 +21,59 @@ mod join;
 mod live;
 mod path;
 mod rounds;
+mod routines;
+mod shape;
 mod step;
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
 use compiler::bytecode::{Function, Insn, Opcode, Program};
 use compiler::source::Span;
 
 use crate::outline::Outline;
-use crate::sir::{Block, BlockData, Inst, N_ARGUMENTS, Shader, Site, Term, Type, Val};
+use crate::sir::{Block, BlockData, Body, Inst, N_ARGUMENTS, Shader, Site, Table, Term, Type, Val};
 use crate::specialize::path::Path;
-use crate::sym::{Captures, Num, Sym};
+use crate::specialize::routines::Record;
+use crate::sym::{Captures, Num, Sym, TableView};
 use crate::unsupported::Unsupported;
 
 /// Bounds of one specialization. A program that passes them would make a large and slow-to-compile
 /// shader, which the interpreter may well outrun.
-const MAX_STEPS: usize = 50_000;
-const MAX_INSTS: usize = 6_000;
+const MAX_STEPS: usize = 100_000;
+const MAX_SIZE: usize = 8_000;
 const MAX_DEPTH: usize = 128;
 const MAX_FORKS: u32 = 64;
 const MAX_RESTARTS: usize = 40;
+
+/// So many arrays and closures may be made of others, which bounds how deeply they nest: walks through
+/// them recurse.
+const MAX_NESTED: usize = 4_000;
+
+/// So many values are looked at or copied in about the time of a step.
+const STEP_VALUES: usize = 16;
+
+/// So often a function is entered within itself, with forks in between, before it is a routine.
+const MAX_UNROLLED: usize = 6;
 
 /// Specializes a closure for its outline.
 ///
 /// # Errors
 /// Why it is declined.
 pub(crate) fn specialize(program: &Program, outline: &Outline) -> Result<Shader, Unsupported> {
-    let mut loops = HashMap::new();
+    let mut specializer = Specializer::new(program, outline);
     for _ in 0..MAX_RESTARTS {
-        let mut specializer = Specializer::new(program, outline, std::mem::take(&mut loops));
         match specializer.run_surface(outline) {
-            Ok(()) => return Ok(specializer.finish()),
-            Err(Abort::Declined(unsupported)) => return Err(unsupported),
-            Err(Abort::Restart) => loops = specializer.loops,
+            Ok(()) => return Ok(specializer.finish(outline)),
+            Err(Abort::Exhausted(_)) if specializer.has_suspects() => {
+                specializer.n_steps = 0;
+                specializer.use_routines();
+            }
+            Err(Abort::Recursion) => specializer.use_routines(),
+            Err(Abort::Declined(unsupported) | Abort::Exhausted(unsupported)) => {
+                return Err(unsupported);
+            }
+            Err(Abort::Restart | Abort::MoreArguments) => {}
         }
     }
     let span = program.functions[outline.function as usize].span;
@@ -61,8 +83,14 @@ pub(crate) fn specialize(program: &Program, outline: &Outline) -> Result<Shader,
 /// Why a run ends early.
 enum Abort {
     Declined(Unsupported),
+    /// It takes too long or makes too much code.
+    Exhausted(Unsupported),
     /// A loop was found to change values that it was not known to change.
     Restart,
+    /// A routine was found to take more values off the stack.
+    MoreArguments,
+    /// A function was found that had better be a routine.
+    Recursion,
 }
 
 type Run<T> = Result<T, Abort>;
@@ -121,21 +149,48 @@ struct Stop {
 
 struct Specializer<'p> {
     program: &'p Program,
-    shader: Shader,
-    /// Where instructions go.
-    block: Block,
+    work: Work,
     site: Site,
-    constants: HashMap<(Block, ConstKey), Val>,
-    tables: HashMap<usize, Rc<[u32]>>,
+    /// Views of arrays, by address; their offsets mean nothing.
+    views: HashMap<usize, TableView>,
+    tables: Vec<Table>,
+    /// The functions that were run.
+    functions: BTreeSet<u32>,
     /// Registers read at or behind an instruction before they are written, by function.
     live_registers: HashMap<u32, Rc<Vec<[u64; 4]>>>,
-    /// What changes in the loop that starts at an entry, by the entry's number.
-    loops: HashMap<usize, BTreeSet<Path>>,
-    n_entries: usize,
+    /// Functions whose calls are calls of routines.
+    recursive: HashSet<u32>,
+    /// Functions that were entered within themselves, with forks in between.
+    suspects: HashSet<u32>,
+    routines: Vec<Record>,
+    /// How many values the routines of a function take off the stack.
+    arities: HashMap<u32, usize>,
     n_steps: usize,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+/// The body that is being made.
+struct Work {
+    body: Body,
+    /// Where instructions go.
+    block: Block,
+    constants: HashMap<(Block, ConstKey), Val>,
+    /// What changes in the loop that starts at an entry, by the entry's number.
+    loops: HashMap<usize, BTreeSet<Path>>,
+    n_entries: usize,
+    /// How many arrays and closures were made of others.
+    n_nested: usize,
+    is_routine: bool,
+}
+
+impl Work {
+    fn new(params: Vec<Type>, loops: HashMap<usize, BTreeSet<Path>>, is_routine: bool) -> Self {
+        let constants = HashMap::new();
+        let body = Body::new(params);
+        Work { body, block: Block(0), constants, loops, n_entries: 0, n_nested: 0, is_routine }
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 enum ConstKey {
     Real(u64),
     Int(i64),
@@ -143,41 +198,50 @@ enum ConstKey {
 }
 
 impl<'p> Specializer<'p> {
-    fn new(program: &'p Program, outline: &Outline, loops: HashMap<usize, BTreeSet<Path>>) -> Self {
-        let mut types = vec![Type::Int, Type::Real, Type::Real];
-        debug_assert_eq!(types.len(), N_ARGUMENTS as usize);
-        types.extend_from_slice(&outline.uniform_types);
-        let n_uniforms = outline.uniforms.len() as u32;
-        let shader = Shader {
-            types,
-            blocks: Vec::new(),
-            tables: Vec::new(),
-            n_uniforms,
-            functions: BTreeSet::new(),
-            cost: 0,
-            depth: 0,
-        };
-        let mut specializer = Specializer {
+    fn new(program: &'p Program, outline: &Outline) -> Self {
+        Specializer {
             program,
-            shader,
-            block: Block(0),
+            work: Work::new(Vec::new(), HashMap::new(), false),
             site: Site { function: outline.function, pc: 0 },
-            constants: HashMap::new(),
-            tables: HashMap::new(),
+            views: HashMap::new(),
+            tables: Vec::new(),
+            functions: BTreeSet::new(),
             live_registers: HashMap::new(),
-            loops,
-            n_entries: 0,
+            recursive: HashSet::new(),
+            suspects: HashSet::new(),
+            routines: Vec::new(),
+            arities: HashMap::new(),
             n_steps: 0,
-        };
-        specializer.block = specializer.new_block();
-        specializer
+        }
     }
 
-    fn finish(self) -> Shader {
-        self.shader
+    fn finish(self, outline: &Outline) -> Shader {
+        Shader {
+            main: self.work.body,
+            routines: self.routines.into_iter().map(Record::finish).collect(),
+            tables: self.tables,
+            n_uniforms: outline.uniforms.len() as u32,
+            functions: self.functions,
+        }
+    }
+
+    fn has_suspects(&self) -> bool {
+        !self.suspects.is_subset(&self.recursive)
+    }
+
+    /// Has the suspects made routines by the next run.
+    fn use_routines(&mut self) {
+        self.recursive.extend(&self.suspects);
+        self.routines.clear();
+        self.work.loops.clear();
     }
 
     fn run_surface(&mut self, outline: &Outline) -> Run<()> {
+        let mut types = vec![Type::Int, Type::Real, Type::Real];
+        debug_assert_eq!(types.len(), N_ARGUMENTS as usize);
+        types.extend_from_slice(&outline.uniform_types);
+        self.work = Work::new(types, std::mem::take(&mut self.work.loops), false);
+        self.work.block = self.new_block();
         let arguments = [
             Sym::Int(Num::Ssa(crate::sir::FACE)),
             Sym::Real(Num::Ssa(crate::sir::U)),
@@ -209,10 +273,8 @@ impl<'p> Specializer<'p> {
             if depth == stop.depth && stop.pc == Some(frame.pc) {
                 return Ok(Some(state));
             }
-            self.n_steps += 1;
-            if self.n_steps > MAX_STEPS {
-                return self.decline("it takes too many steps to specialize");
-            }
+            self.take_steps(1)?;
+            self.check_size()?;
             self.site = Site { function: frame.function, pc: frame.pc as u32 };
             match self.step(state)? {
                 Some(next) => state = next,
@@ -221,19 +283,30 @@ impl<'p> Specializer<'p> {
         }
     }
 
+    /// Counts work; a step is that of an instruction, or the same for so many values.
+    fn take_steps(&mut self, n: usize) -> Run<()> {
+        self.n_steps += n;
+        if self.n_steps > MAX_STEPS {
+            return self.exhausted("it takes too many steps to specialize");
+        }
+        Ok(())
+    }
+
     /// Runs the ways that a state may go, each in a block of its own, up to `stop`, and joins them.
     fn fork(&mut self, ways: Vec<(Block, State)>, stop: Stop) -> Run<Option<State>> {
-        let first_inner = Val(self.shader.types.len() as u32);
+        let n_copied = ways.iter().map(|(_, state)| state.stack.len() + state.frames.len());
+        self.take_steps(n_copied.sum::<usize>() / STEP_VALUES)?;
+        let first_inner = Val(self.work.body.types.len() as u32);
         let mut ends = Vec::new();
         for (block, mut state) in ways {
             state.forks += 1;
             if state.forks > MAX_FORKS {
-                return self.decline("its conditions nest too deeply");
+                return self.exhausted("its conditions nest too deeply");
             }
-            self.block = block;
+            self.work.block = block;
             if let Some(mut end) = self.run(state, stop)? {
                 end.forks -= 1;
-                ends.push((self.block, end));
+                ends.push((self.work.block, end));
             }
         }
         self.join(ends, first_inner)
@@ -252,16 +325,22 @@ impl<'p> Specializer<'p> {
         function.origins.get(site.pc as usize).map_or(function.span, |origin| origin.span)
     }
 
+    fn unsupported(&self, reason: &str) -> Unsupported {
+        Unsupported { span: self.span(self.site), reason: reason.to_owned() }
+    }
+
     fn decline<T>(&self, reason: &str) -> Run<T> {
-        Err(Abort::Declined(Unsupported { span: self.span(self.site), reason: reason.to_owned() }))
+        Err(Abort::Declined(self.unsupported(reason)))
+    }
+
+    fn exhausted<T>(&self, reason: &str) -> Run<T> {
+        Err(Abort::Exhausted(self.unsupported(reason)))
     }
 
     /// Enters a function; the caller's frame, if any, stays.
     fn call(&mut self, state: &mut State, function: u32, captures: Captures) -> Run<()> {
         if state.frames.len() >= MAX_DEPTH {
-            return self.decline(
-                "its calls nest too deeply, or depend on data and are not the last thing it does",
-            );
+            return self.exhausted("its calls nest too deeply");
         }
         self.enter(state, function, captures, Vec::new())
     }
@@ -273,71 +352,105 @@ impl<'p> Specializer<'p> {
         captures: Captures,
         mut entries: Vec<Entry>,
     ) -> Run<()> {
+        self.suspect(state, function)?;
         let code = self.function(function);
-        self.shader.cost += code.code.len() as u64;
-        self.shader.functions.insert(function);
-        let ordinal = self.n_entries;
-        self.n_entries += 1;
+        self.add_costs(code);
+        self.functions.insert(function);
+        let ordinal = self.work.n_entries;
+        self.work.n_entries += 1;
         let (captures, head) = self.loop_head(state, captures, ordinal)?;
         entries.push(Entry { function, forks: state.forks, head, ordinal });
         let n_registers = (code.n_registers + code.n_slots) as usize;
         let registers = vec![Sym::Dead; n_registers];
         state.frames.push(Rc::new(Frame { function, pc: 0, registers, captures, entries }));
-        self.shader.depth = self.shader.depth.max(state.frames.len());
+        let costs = &mut self.work.body.costs;
+        costs.depth = costs.depth.max(state.frames.len());
         Ok(())
+    }
+
+    /// Has a function that keeps being entered within itself made a routine.
+    fn suspect(&mut self, state: &State, function: u32) -> Run<()> {
+        let entries = state.frames.iter().flat_map(|frame| &frame.entries);
+        let within = |entry: &&Entry| entry.function == function && entry.forks < state.forks;
+        let n_within = entries.filter(within).count();
+        if n_within > 0 {
+            self.suspects.insert(function);
+        }
+        if n_within >= MAX_UNROLLED && !self.recursive.contains(&function) {
+            return Err(Abort::Recursion);
+        }
+        Ok(())
+    }
+
+    fn add_costs(&mut self, code: &Function) {
+        // A register, a value on the stack and one in an array or closure.
+        let value = 3 * size_of::<[u64; 4]>() as u64;
+        let made = |insn: &Insn| match insn.op {
+            Opcode::MakeClosure => {
+                self.program.functions[insn.imm as usize].captures.len() as u64 + 1
+            }
+            Opcode::Push3 => 3,
+            _ => 2,
+        };
+        let n_values =
+            code.code.iter().map(made).sum::<u64>() + u64::from(code.n_registers + code.n_slots);
+        let costs = &mut self.work.body.costs;
+        costs.fuel += code.code.len() as u64;
+        costs.memory += value * n_values;
     }
 
     // Code.
 
     fn new_block(&mut self) -> Block {
-        self.shader.blocks.push(BlockData {
+        let data = BlockData {
             params: Vec::new(),
             insts: Vec::new(),
             term: None,
             site: self.site,
             is_loop: false,
-        });
-        Block(self.shader.blocks.len() as u32 - 1)
+        };
+        self.work.body.blocks.push(data);
+        Block(self.work.body.blocks.len() as u32 - 1)
     }
 
     fn new_val(&mut self, ty: Type) -> Val {
-        self.shader.types.push(ty);
-        Val(self.shader.types.len() as u32 - 1)
+        self.work.body.types.push(ty);
+        Val(self.work.body.types.len() as u32 - 1)
     }
 
     fn param(&mut self, block: Block, ty: Type) -> Val {
         let val = self.new_val(ty);
-        self.shader.blocks[block.0 as usize].params.push(val);
+        self.work.body.blocks[block.0 as usize].params.push(val);
         val
     }
 
     fn emit(&mut self, ty: Type, inst: Inst) -> Val {
         let val = self.new_val(ty);
         let site = self.site;
-        self.shader.blocks[self.block.0 as usize].insts.push((val, inst, site));
+        self.work.body.blocks[self.work.block.0 as usize].insts.push((val, inst, site));
         val
     }
 
     fn end(&mut self, block: Block, term: Term) {
-        let data = &mut self.shader.blocks[block.0 as usize];
+        let data = &mut self.work.body.blocks[block.0 as usize];
         debug_assert!(data.term.is_none());
         data.term = Some((term, self.site));
     }
 
     /// Where the last instruction of a block comes from; the block itself, if it has none.
     fn last_site(&self, block: Block) -> Site {
-        let data = &self.shader.blocks[block.0 as usize];
+        let data = &self.work.body.blocks[block.0 as usize];
         data.insts.last().map_or(data.site, |(_, _, site)| *site)
     }
 
     /// The interpreter must have a look: nothing follows.
     fn leave(&mut self) -> Run<Option<State>> {
-        self.end(self.block, Term::Leave);
+        self.end(self.work.block, Term::Leave);
         Ok(None)
     }
 
     fn constant(&mut self, key: ConstKey) -> Val {
-        if let Some(&val) = self.constants.get(&(self.block, key)) {
+        if let Some(&val) = self.work.constants.get(&(self.work.block, key)) {
             return val;
         }
         let val = match key {
@@ -345,7 +458,7 @@ impl<'p> Specializer<'p> {
             ConstKey::Int(value) => self.emit(Type::Int, Inst::Int(value)),
             ConstKey::Bool(value) => self.emit(Type::Bool, Inst::Bool(value)),
         };
-        self.constants.insert((self.block, key), val);
+        self.work.constants.insert((self.work.block, key), val);
         val
     }
 
@@ -370,9 +483,21 @@ impl<'p> Specializer<'p> {
         }
     }
 
+    /// Counts a new array or closure if it is made of others.
+    fn count_nested(&mut self, parts: &[Sym]) -> Run<()> {
+        let is_structure =
+            |sym: &Sym| matches!(sym, Sym::Array(_) | Sym::Closure(..) | Sym::Choice(..));
+        self.work.n_nested += usize::from(parts.iter().any(is_structure));
+        if self.work.n_nested > MAX_NESTED {
+            return self.exhausted("it makes too many arrays and functions of others");
+        }
+        Ok(())
+    }
+
     fn check_size(&self) -> Run<()> {
-        if self.shader.types.len() > MAX_INSTS {
-            return self.decline("it specializes to too much code");
+        let size_before = self.routines.iter().map(Record::size).sum::<usize>();
+        if size_before + self.work.body.size() > MAX_SIZE {
+            return self.exhausted("it specializes to too much code");
         }
         Ok(())
     }

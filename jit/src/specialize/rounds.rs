@@ -9,12 +9,16 @@ use crate::specialize::path::{CAPTURES, Path, STACK, any_within};
 use crate::specialize::{Abort, Entry, Head, Run, Specializer, State};
 use crate::sym::{Captures, Sym};
 
+/// So many different parts of a round's values are compared.
+const MAX_COMPARED: usize = 1024;
+
 /// What a loop's head is made with, or what a round brings along.
 struct Round<'l> {
     varying: &'l BTreeSet<Path>,
     values: Vec<(Path, Scalar)>,
     newly_varying: Vec<Path>,
     has_other_shape: bool,
+    n_compared: usize,
 }
 
 impl Specializer<'_> {
@@ -27,7 +31,7 @@ impl Specializer<'_> {
         ordinal: usize,
     ) -> Run<(Captures, Rc<Head>)> {
         let mut known: Vec<Sym> = (0..captures.len()).map(|index| captures.get(index)).collect();
-        let Some(varying) = self.loops.get(&ordinal).cloned() else {
+        let Some(varying) = self.work.loops.get(&ordinal).cloned() else {
             let head = Head {
                 block: None,
                 params: Vec::new(),
@@ -37,7 +41,7 @@ impl Specializer<'_> {
             return Ok((captures, Rc::new(head)));
         };
         let block = self.new_block();
-        self.shader.blocks[block.0 as usize].is_loop = true;
+        self.work.body.blocks[block.0 as usize].is_loop = true;
         let mut params = Vec::new();
         let mut args = Vec::new();
         for (root, syms) in [(STACK, &mut state.stack), (CAPTURES, &mut known)] {
@@ -47,8 +51,8 @@ impl Specializer<'_> {
             }
         }
         let args = args.into_iter().map(|scalar| self.materialize(scalar)).collect();
-        self.end(self.block, Term::Jump(block, args));
-        self.block = block;
+        self.end(self.work.block, Term::Jump(block, args));
+        self.work.block = block;
         let head = Head {
             block: Some(block),
             params,
@@ -108,12 +112,13 @@ impl Specializer<'_> {
         if state.stack.len() != head.stack.len() || captures.len() != head.captures.len() {
             return self.decline("its loop leaves more or fewer values with each round");
         }
-        let varying = self.loops.get(&entry.ordinal).cloned().unwrap_or_default();
+        let varying = self.work.loops.get(&entry.ordinal).cloned().unwrap_or_default();
         let mut round = Round {
             varying: &varying,
             values: Vec::new(),
             newly_varying: Vec::new(),
             has_other_shape: false,
+            n_compared: 0,
         };
         for (index, (old, new)) in head.stack.iter().zip(&state.stack).enumerate() {
             round.compare(old, new, &mut vec![STACK, index as u32]);
@@ -127,8 +132,8 @@ impl Specializer<'_> {
         }
         if !newly_varying.is_empty() {
             // What was found for later entries may not fit the next run.
-            self.loops.retain(|ordinal, _| *ordinal <= entry.ordinal);
-            self.loops.entry(entry.ordinal).or_default().extend(newly_varying);
+            self.work.loops.retain(|ordinal, _| *ordinal <= entry.ordinal);
+            self.work.loops.entry(entry.ordinal).or_default().extend(newly_varying);
             return Err(Abort::Restart);
         }
         let Some(block) = head.block else {
@@ -143,7 +148,7 @@ impl Specializer<'_> {
             return self.decline("its loop changes the shape of a value");
         };
         let args = scalars.into_iter().map(|scalar| self.materialize(scalar)).collect();
-        self.end(self.block, Term::Jump(block, args));
+        self.end(self.work.block, Term::Jump(block, args));
         Ok(None)
     }
 }
@@ -153,6 +158,11 @@ impl Round<'_> {
     /// others must be the same.
     fn compare(&mut self, old: &Sym, new: &Sym, path: &mut Path) {
         if !any_within(self.varying, path) && old.is_same(new) {
+            return;
+        }
+        self.n_compared += 1;
+        if self.n_compared > MAX_COMPARED {
+            self.has_other_shape = true;
             return;
         }
         if let (Some(before), Some(now)) = (scalar(old), scalar(new)) {

@@ -2,7 +2,7 @@
 
 use std::rc::Rc;
 
-use compiler::bytecode::{CaptureSource, Constant, Insn, Opcode};
+use compiler::bytecode::{CaptureSource, Constant, Format, Insn, Opcode};
 use compiler::op::{Operator, Type as GmlType};
 use compiler::scalar;
 
@@ -47,14 +47,14 @@ impl Specializer<'_> {
             Opcode::Pop => {
                 for offset in 0..b {
                     if state.stack.len() <= state.floor {
-                        return self.leave();
+                        return self.underflow(&state);
                     }
                     let value = state.stack.pop().expect("above the floor");
                     state.set(a.wrapping_add(offset), value);
                 }
             }
             Opcode::MakeClosure => {
-                let closure = self.closure(&state, imm);
+                let closure = self.closure(&state, imm)?;
                 state.set(a, closure);
             }
             Opcode::BeginArray => {
@@ -63,11 +63,13 @@ impl Specializer<'_> {
             }
             Opcode::EndArray => {
                 let items = state.stack.split_off(state.floor);
+                self.count_nested(&items)?;
                 state.floor = state.floors.pop().unwrap_or(0);
                 state.set(a, Sym::Array(Elements::Parts(items.into())));
             }
             Opcode::MakeArray => {
                 let items = state.stack.split_off(state.stack.len() - imm as usize);
+                self.count_nested(&items)?;
                 state.set(a, Sym::Array(Elements::Parts(items.into())));
             }
             Opcode::Get => return self.get(state, a, b, c),
@@ -81,7 +83,7 @@ impl Specializer<'_> {
                 let condition = state.get(a);
                 return match condition {
                     Sym::Bool(condition) => self.branch(state, condition, imm),
-                    Sym::Choice(..) => self.decline("a condition may be of several types"),
+                    Sym::Choice(..) => self.settle(state, a, Some(imm)),
                     _ => self.leave(),
                 };
             }
@@ -103,7 +105,7 @@ impl Specializer<'_> {
         self.function(state.top().function).n_registers as usize + slot as usize
     }
 
-    fn closure(&self, state: &State, function: u32) -> Sym {
+    fn closure(&mut self, state: &State, function: u32) -> Run<Sym> {
         let frame = state.top();
         let captured = |source: &CaptureSource| match *source {
             CaptureSource::Register(register) => frame.registers[register as usize].clone(),
@@ -111,24 +113,39 @@ impl Specializer<'_> {
             CaptureSource::Capture(index) => frame.captures.get(index as usize),
         };
         let parts: Rc<[Sym]> = self.function(function).captures.iter().map(captured).collect();
-        Sym::Closure(function, Captures::Parts(parts))
+        self.count_nested(&parts)?;
+        Ok(Sym::Closure(function, Captures::Parts(parts)))
     }
 
     fn return_(&mut self, mut state: State) -> Run<Option<State>> {
         state.frames.pop();
-        if !state.frames.is_empty() {
+        if !state.frames.is_empty() || self.work.is_routine {
             return Ok(Some(state));
         }
-        let [Sym::Point(color), Sym::Real(kd), Sym::Real(ks), Sym::Real(n)] = &state.stack[..]
-        else {
-            if state.stack.iter().any(|sym| matches!(sym, Sym::Choice(..))) {
-                return self.decline("a result may be of several types");
-            }
+        self.return_results(&state.stack)
+    }
+
+    /// Returns from the shader, if the stack holds what it should.
+    fn return_results(&mut self, stack: &[Sym]) -> Run<Option<State>> {
+        if let [Sym::Point([r, g, b]), Sym::Real(kd), Sym::Real(ks), Sym::Real(n)] = stack {
+            let vals = [r, g, b, kd, ks, n].map(|num| self.real(*num));
+            self.end(self.work.block, Term::Return(vals.to_vec()));
+            return Ok(None);
+        }
+        let is_choice = |sym: &Sym| matches!(sym, Sym::Choice(..));
+        let Some(index) = stack.iter().position(is_choice).filter(|_| stack.len() == 4) else {
             return self.leave();
         };
-        let [r, g, b] = *color;
-        let vals = [r, g, b, *kd, *ks, *n].map(|num| self.real(num));
-        self.end(self.block, Term::Return(vals));
+        let Sym::Choice(tag, alternatives) = &stack[index] else { return self.leave() };
+        let blocks: Vec<_> = alternatives.iter().map(|_| self.new_block()).collect();
+        self.check_size()?;
+        self.end(self.work.block, Term::Switch(*tag, blocks.clone()));
+        for (block, alternative) in blocks.into_iter().zip(alternatives.iter()) {
+            self.work.block = block;
+            let mut settled = stack.to_vec();
+            settled[index] = alternative.clone();
+            self.return_results(&settled)?;
+        }
         Ok(None)
     }
 
@@ -136,6 +153,9 @@ impl Specializer<'_> {
 
     fn apply(&mut self, mut state: State, register: u8) -> Run<Option<State>> {
         match state.get(register) {
+            Sym::Closure(function, captures) if self.recursive.contains(&function) => {
+                self.call_routine(state, function, &captures)
+            }
             Sym::Closure(function, captures) => {
                 self.call(&mut state, function, captures)?;
                 Ok(Some(state))
@@ -162,7 +182,15 @@ impl Specializer<'_> {
         if let Some(entry) = running.filter(|entry| entry.forks < state.forks).cloned() {
             return self.next_round(&state, &entry, &captures);
         }
-        let entries = entries.clone();
+        if self.recursive.contains(&function) {
+            // As a call and a return.
+            return match self.call_routine(state, function, &captures)? {
+                Some(state) => self.return_(state),
+                None => Ok(None),
+            };
+        }
+        // An older entry of the function will not be looked for any more.
+        let entries = entries.iter().filter(|entry| entry.function != function).cloned().collect();
         state.frames.pop();
         self.enter(&mut state, function, captures, entries)?;
         Ok(Some(state))
@@ -181,6 +209,18 @@ impl Specializer<'_> {
         self.with_each(state, register, tag, alternatives, stop)
     }
 
+    /// Repeats the instruction just begun for each alternative of the choice in a register, up to
+    /// where its ways meet if it jumps, and otherwise to the next instruction.
+    fn settle(&mut self, state: State, register: u8, distance: Option<u32>) -> Run<Option<State>> {
+        let Sym::Choice(tag, alternatives) = state.get(register) else { return self.leave() };
+        let (depth, pc) = (state.frames.len(), state.top().pc);
+        let stop = match distance {
+            Some(distance) => self.meeting_point(state.top(), depth, pc + distance as usize),
+            None => Stop { depth, pc: Some(pc) },
+        };
+        self.each(state, register, tag, &alternatives, stop)
+    }
+
     /// Goes on with each alternative in a register, up to `stop`.
     pub(super) fn with_each(
         &mut self,
@@ -191,7 +231,7 @@ impl Specializer<'_> {
         stop: Stop,
     ) -> Run<Option<State>> {
         let blocks: Vec<_> = alternatives.iter().map(|_| self.new_block()).collect();
-        self.end(self.block, Term::Switch(tag, blocks.clone()));
+        self.end(self.work.block, Term::Switch(tag, blocks.clone()));
         let ways = blocks.into_iter().zip(alternatives).map(|(block, alternative)| {
             let mut way = state.clone();
             way.set(register, alternative.clone());
@@ -219,7 +259,7 @@ impl Specializer<'_> {
         };
         let stop = self.meeting_point(state.top(), state.frames.len(), target);
         let (yes, no) = (self.new_block(), self.new_block());
-        self.end(self.block, Term::Branch(condition, [yes, no]));
+        self.end(self.work.block, Term::Branch(condition, [yes, no]));
         let mut other = state.clone();
         other.top_mut().pc = target;
         self.fork(vec![(yes, state), (no, other)], stop)
@@ -235,7 +275,7 @@ impl Specializer<'_> {
         };
         let [Sym::Bool(condition), yes, no] = &operands else {
             if matches!(operands[0], Sym::Choice(..)) {
-                return self.decline("a condition may be of several types");
+                return self.settle(state, a, None);
             }
             return self.leave();
         };
@@ -264,14 +304,17 @@ impl Specializer<'_> {
 
     fn scalar(&mut self, mut state: State, insn: Insn) -> Run<Option<State>> {
         let Some(op) = insn.op.operator() else { return self.decline("an instruction is unknown") };
-        let Some(operands) = self.operands(&state, op, insn) else {
-            return self.decline("an operand may be of several types");
-        };
+        let (registers, constant) = operand_places(insn);
+        let is_fused = matches!(insn.op.format(), Format::ABJump | Format::AKJump);
+        if let Some(&register) =
+            registers.iter().find(|register| matches!(state.get(**register), Sym::Choice(..)))
+        {
+            return self.settle(state, register, is_fused.then_some(insn.imm));
+        }
+        let mut operands: Vec<Sym> =
+            registers.iter().map(|register| state.get(*register)).collect();
+        operands.extend(constant.map(|index| self.constant_at(&state, index)));
         let Some(result) = self.operate(op, &operands) else { return self.leave() };
-        let is_fused = Opcode::on_registers(op).is_some_and(|plain| {
-            plain.fused_with_jump() == Some(insn.op)
-                || plain.with_constant().and_then(Opcode::fused_with_jump) == Some(insn.op)
-        });
         if is_fused {
             let Sym::Bool(condition) = result else { return self.leave() };
             return self.branch(state, condition, insn.imm);
@@ -279,28 +322,6 @@ impl Specializer<'_> {
         let target = if op == Operator::Point { insn.imm as u8 } else { insn.a };
         state.set(target, result);
         Ok(Some(state))
-    }
-
-    /// The operands of a scalar instruction, `None` if one is a choice.
-    fn operands(&self, state: &State, op: Operator, insn: Insn) -> Option<Vec<Sym>> {
-        let Insn { op: opcode, a, b, c, imm } = insn;
-        let plain = Opcode::on_registers(op)?;
-        let constant = |index: u32| self.constant_at(state, index);
-        let operands = if op == Operator::Point {
-            vec![state.get(a), state.get(b), state.get(c)]
-        } else if op.operands().len() == 1 {
-            vec![state.get(b)]
-        } else if opcode == plain {
-            vec![state.get(b), state.get(c)]
-        } else if plain.fused_with_jump() == Some(opcode) {
-            vec![state.get(a), state.get(b)]
-        } else if plain.with_constant() == Some(opcode) {
-            vec![state.get(b), constant(imm)]
-        } else {
-            vec![state.get(a), constant(u32::from(b))]
-        };
-        let is_known_type = operands.iter().all(|sym| sym.type_of().is_some());
-        is_known_type.then_some(operands)
     }
 
     /// Applies a scalar operator; `None` where the interpreter reports an error.
@@ -347,6 +368,19 @@ impl Specializer<'_> {
             Sym::Bool(num) => Some(self.bool(*num)),
             _ => None,
         }
+    }
+}
+
+/// The registers that hold the operands of a scalar instruction, and the constant that is the last.
+fn operand_places(insn: Insn) -> (Vec<u8>, Option<u32>) {
+    let Insn { a, b, c, imm, .. } = insn;
+    match insn.op.format() {
+        Format::AB => (vec![b], None),
+        Format::ABC => (vec![b, c], None),
+        Format::ABConstant => (vec![b], Some(imm)),
+        Format::ABJump => (vec![a, b], None),
+        Format::AKJump => (vec![a], Some(u32::from(b))),
+        _ => (vec![a, b, c], None),
     }
 }
 

@@ -1,0 +1,196 @@
+//! What is hard to compile and must be, by both engines: recursion whose depth depends on data, with
+//! limits met as the interpreter meets them, and values of several types.
+
+use jit::shaders::Evaluation;
+use renderer::surface::SurfacePoint;
+use support::agreement::{Told, agree};
+use vm::machine::Limits;
+
+#[allow(unreachable_pub, reason = "shared with the fuzz targets, where it is public")]
+mod support {
+    pub(crate) mod agreement;
+}
+
+const LIMITS: Limits = Limits { fuel: 10_000_000, max_depth: 100_000, max_memory: 1 << 30 };
+
+/// A surface function whose colour is the given expression three times.
+fn surface(before: &str, gray: &str) -> String {
+    format!("{before} {{ /v /u /face {gray} /x x x x point 1.0 0.0 1.0 }}")
+}
+
+/// Calls a surface function at 36 points; says how it was evaluated.
+fn call(text: &str, limits: Limits) -> (Evaluation, Vec<Told>) {
+    call_at(36, text, limits)
+}
+
+/// The same at `n` points, u from 0 to 1.
+fn call_at(n: u8, text: &str, limits: Limits) -> (Evaluation, Vec<Told>) {
+    let points = (0..n).map(|k| {
+        let u = f64::from(k) / f64::from(n - 1);
+        SurfacePoint { face: k % 6, u, v: f64::from(n - 1 - k) / f64::from(n - 1) }
+    });
+    agree(text, limits, points).expect("it leaves a surface function")
+}
+
+fn assert_native(text: &str) {
+    let (evaluation, results) = call(text, LIMITS);
+    assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}: {text}");
+    assert!(results.iter().all(Result::is_ok), "{results:?}: {text}");
+}
+
+/// `n own apply`, twice for each n.
+const FIB: &str = "{ /self /n n 2 lessi { n } { \
+     n 1 subi self self apply n 2 subi self self apply addi } if } /fib";
+
+#[test]
+fn one_number_in_and_one_out() {
+    let sum = "{ /self /n n 1 lessi { 0.25 } { \
+         n 1 subi self self apply 0.5 mulf n real addf } if } /sum";
+    assert_native(&surface(sum, "u 200.0 mulf floor sum sum apply"));
+    assert_native(&surface(FIB, "u 12.0 mulf floor fib fib apply real"));
+}
+
+#[test]
+fn noise_of_octaves_as_data_says() {
+    let noise = "[0.1 0.7 0.3 0.9 0.5] /lattice \
+         { /x x floor 5 modi /i i 0 lessi { i negi } { i } if /i lattice i get } /noise \
+         { /self /gain /x /n n 0 eqi { 0.0 } { \
+             x noise apply gain mulf \
+             n 1 subi x 2.0 mulf gain 0.5 mulf self self apply addf } if } /fbm";
+    assert_native(&surface(noise, "face 2 addi u 7.0 mulf 0.5 fbm fbm apply"));
+}
+
+#[test]
+fn points_closures_and_arrays_pass_through() {
+    let points = "{ /self /p /n n 1 lessi { p } { \
+         n 1 subi p getx 0.5 mulf p gety p getz point self self apply /q \
+         q getz q getx p gety point } if } /walk";
+    assert_native(&surface(points, "v 9.0 mulf floor u v 0.5 point walk walk apply getx"));
+    let closures = "{ /self /f /n n 1 lessi { u f apply } { \
+         n 1 subi { f apply 0.5 mulf } self self apply n real addf } if }";
+    // The closure grows with each call: the interpreter's.
+    let text = surface("", &format!("{closures} /go face {{ }} go go apply"));
+    assert!(matches!(call(&text, LIMITS).0, Evaluation::Declined(_)));
+    let arrays = "{ /self /a /n n 1 lessi { a 0 get } { \
+         n 1 subi [a 1 get a 0 get 0.5 mulf] self self apply n real addf } if } /go";
+    assert_native(&surface(arrays, "u 50.0 mulf floor [u v] go go apply"));
+    let one_closure = "{ /self /f /n n 1 lessi { 0.5 } { \
+         n 1 subi f self self apply f apply } if } /go";
+    assert_native(&surface(one_closure, "u 50.0 mulf floor { v mulf } go go apply"));
+}
+
+#[test]
+fn two_functions_call_each_other() {
+    let text = "{ /me /you /n n 1 lessi { 0.0 } { n 1 subi me you you apply 1.0 addf } if } /a \
+         { /me /you /n n 1 lessi { 0.5 } { n 1 subi me you you apply 2.0 mulf } if } /b";
+    assert_native(&surface(text, "u 40.0 mulf floor b a a apply"));
+}
+
+#[test]
+fn loops_within_and_around() {
+    let text = "{ /loop /i /x i 1 lessi { x } { x 0.5 mulf i 1 subi loop loop apply } if } /halve \
+         { /self /n n 1 lessi { 0.5 } { \
+             n 1 subi self self apply n halve halve apply 1.0 addf } if } /go";
+    assert_native(&surface(text, "u 30.0 mulf floor go go apply"));
+    let around = format!(
+        "{FIB} {{ /loop /i /x i 1 lessi {{ x }} {{ \
+             x i fib fib apply real addf i 1 subi loop loop apply }} if }} /go"
+    );
+    assert_native(&surface(&around, "v u 9.0 mulf floor go go apply"));
+}
+
+#[test]
+fn more_values_than_arguments() {
+    // It takes what lies below its arguments on the way back, and leaves two for one.
+    let text = "{ /self /n n 1 lessi { } { \
+         /x n real x addf n 1 subi self self apply 0.5 addf } if } /go";
+    assert_native(&surface(text, "v u 30.0 mulf floor go go apply"));
+    // A value too few: an error, the same as ever.
+    let (_, results) = call(&surface(text, "u 30.0 mulf floor go go apply"), LIMITS);
+    assert!(results.iter().any(Result::is_err));
+}
+
+#[test]
+fn results_of_other_types_stay_interpreted() {
+    let text = "{ /self /n n 1 lessi { 1 } { n 1 subi self self apply real } if } /go";
+    let (evaluation, results) = call(&surface(text, "face go go apply real"), LIMITS);
+    assert!(matches!(evaluation, Evaluation::Declined(_)), "{evaluation:?}");
+    assert!(results.iter().any(Result::is_err));
+}
+
+#[test]
+fn errors_deep_within_are_the_interpreters() {
+    let text = "[0.1 0.2] /a { /self /n n 1 lessi { 0.5 } { \
+         n 1 subi self self apply a n get addf } if } /go";
+    let (evaluation, results) = call(&surface(text, "face go go apply"), LIMITS);
+    assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}");
+    let n_failed = results.iter().filter(|result| result.is_err()).count();
+    assert_eq!(n_failed, 24, "faces 2 to 5");
+    assert!(results[2].as_ref().is_err_and(|told| told.contains("Subscript(2, 2)")));
+}
+
+#[test]
+fn depth_and_fuel_run_out_as_they_do_interpreted() {
+    let text = surface(
+        "{ /self /n n 1 lessi { 0.5 } { n 1 subi self self apply 0.5 addf } if } /go",
+        "u 35000.0 mulf floor go go apply",
+    );
+    // Each point is 1000 calls deeper than the one before.
+    for (limits, problem, n_expected) in [
+        (Limits { max_depth: 20_000, ..LIMITS }, "DepthLimit(20000)", 16),
+        (Limits { fuel: 100_000, ..LIMITS }, "FuelLimit(100000)", 26),
+    ] {
+        let (evaluation, results) = call(&text, limits);
+        assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}");
+        let n_failed = results.iter().filter(|r| r.as_ref().is_err_and(|t| t.contains(problem)));
+        assert_eq!(n_failed.count(), n_expected, "{results:?}");
+    }
+    // So deep that the native stack is too small, for all that the limits say.
+    let deep = text.replace("35000.0", "350000.0");
+    let (_, results) = call(&deep, Limits { max_depth: 1_000_000, ..LIMITS });
+    assert!(results.iter().all(Result::is_ok));
+}
+
+#[test]
+fn memory_runs_out_as_it_does_interpreted() {
+    let text = format!(
+        "{{ /self /n n 1 lessi {{ 0.5 }} {{ [n real {}] /a n 1 subi self self apply a 0 get addf }} if }} /go",
+        "1.0 ".repeat(500)
+    );
+    let limits = Limits { max_memory: 64 << 20, ..LIMITS };
+    let text = surface(&text, "u 5000.0 mulf floor go go apply");
+    let (evaluation, results) = call_at(5, &text, limits);
+    assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}");
+    let failed = results.last().expect("five");
+    assert!(failed.as_ref().is_err_and(|told| told.contains("MemoryLimit")), "{failed:?}");
+    assert!(results[..4].iter().all(Result::is_ok), "{results:?}");
+}
+
+#[test]
+fn a_recursion_that_never_ends_is_stopped() {
+    let text = "{ /self /n n 0 eqi { 0.5 } { n 1 subi self self apply 0.5 addf } if } /go";
+    let (evaluation, results) = call(&surface(text, "face 1 addi negi go go apply"), LIMITS);
+    assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}");
+    assert!(results.iter().all(|r| r.as_ref().is_err_and(|told| told.contains("Limit"))));
+    let never =
+        "{ /self /n n 0 eqi { n self self apply } { n 1 subi self self apply } if 1.0 addf } /go";
+    let (_, results) = call(&surface(never, "face go go apply"), LIMITS);
+    assert!(results.iter().all(Result::is_err));
+}
+
+#[test]
+fn values_of_several_types_are_told_apart_where_they_are_used() {
+    let mixed = "face 3 lessi { u } { face } if /x";
+    for text in [
+        // An operand, one of a comparison that jumps, a condition, a result.
+        surface("", &format!("{mixed} v 0.5 lessf {{ x }} {{ 1.0 }} if 2.0 mulf")),
+        surface("", &format!("{mixed} x 0.5 lessf {{ 1.0 }} {{ 2.0 }} if")),
+        surface("", "face 3 lessi { u } { v 0.5 lessf } if /x x { 1.0 } { 0.0 } if"),
+        format!("{{ /v /u /face {mixed} u v v point x 1.0 1.0 }}"),
+    ] {
+        let (evaluation, results) = call(&text, LIMITS);
+        assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}: {text}");
+        assert!(results.iter().any(Result::is_ok), "{results:?}: {text}");
+        assert!(results.iter().any(Result::is_err), "{results:?}: {text}");
+    }
+}

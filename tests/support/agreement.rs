@@ -1,0 +1,101 @@
+//! A surface function by the interpreter and as native code: the same values to the last bit (any NaN
+//! is any other), or the same error at the same place.
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use compiler::diagnostic::Diagnostic;
+use compiler::preprocess::NoIncludes;
+use compiler::source::SourceMap;
+use jit::shaders::{Evaluation, Shaders, Tiering};
+use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use vm::error::Error;
+use vm::host::{Host, RenderJob};
+use vm::machine::{Limits, Machine};
+use vm::program::LoadedProgram;
+use vm::surfaces::InterpSurfaces;
+use vm::value::{Closure, Value};
+
+/// What a call gives, NaNs made alike; of an error what and where.
+pub type Told = Result<[u64; 6], String>;
+
+struct NoRender;
+
+impl Host for NoRender {
+    fn render(&mut self, _: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        unreachable!("these programs do not render")
+    }
+}
+
+/// The program and the function that it leaves; none if it fails before.
+pub fn load(text: &str, limits: Limits) -> Option<(Arc<LoadedProgram>, Arc<Closure>)> {
+    let mut sources = SourceMap::default();
+    let file = sources.add("case.gml", text.as_bytes().to_vec()).expect("short");
+    let bytecode =
+        compiler::compile(&mut sources, file, &mut NoIncludes, &[]).expect("well formed");
+    let program = Arc::new(LoadedProgram::new(bytecode));
+    let stack = Machine::new(&program, limits).run(&mut NoRender).ok()?;
+    let Some(Value::Closure(closure)) = stack.last() else { return None };
+    Some((program.clone(), closure.clone()))
+}
+
+/// The result of a call, for comparing.
+pub fn told(result: Result<SurfaceSample, Box<Error>>) -> Told {
+    match result {
+        Ok(SurfaceSample { color, kd, ks, phong_exp }) => {
+            let bits = |x: f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
+            Ok([color.x, color.y, color.z, kd, ks, phong_exp].map(bits))
+        }
+        Err(error) => Err(format!("{:?} at {:?}", error.problem, error.origin.span)),
+    }
+}
+
+/// A place that tells what it was asked for, and lies about the rest.
+pub struct Place {
+    at: SurfacePoint,
+    /// What it was last asked for.
+    pub asked: Cell<Option<Needs>>,
+}
+
+impl Place {
+    /// Nobody has asked yet.
+    pub fn new(at: SurfacePoint) -> Self {
+        Place { at, asked: Cell::new(None) }
+    }
+}
+
+impl Locate for Place {
+    fn locate(&self, needs: Needs) -> SurfacePoint {
+        self.asked.set(Some(needs));
+        SurfacePoint {
+            face: if needs.face { self.at.face } else { 99 },
+            u: if needs.u { self.at.u } else { -17.5 },
+            v: if needs.v { self.at.v } else { -17.5 },
+        }
+    }
+}
+
+/// Calls the surface function that a program leaves at some points, by both engines. Returns how it
+/// was evaluated and what the calls gave; none if the program fails before.
+///
+/// # Panics
+/// If the engines differ.
+pub fn agree(
+    text: &str,
+    limits: Limits,
+    points: impl Iterator<Item = SurfacePoint>,
+) -> Option<(Evaluation, Vec<Told>)> {
+    let (program, closure) = load(text, limits)?;
+    let surfaces = [closure];
+    let shaders = Shaders::new(&program, &surfaces, limits, Tiering::Eager);
+    let evaluation = shaders.report()[0].evaluation.clone();
+    let mut native = shaders.worker();
+    let mut interpreted = InterpSurfaces::new(&program, &surfaces, limits);
+    let results = points.map(|at| {
+        let expected = told(interpreted.eval(SurfaceId(0), &at));
+        let found = told(native.eval(SurfaceId(0), &Place::new(at)));
+        assert_eq!(found, expected, "at {at:?}:\n{text}");
+        expected
+    });
+    Some((evaluation, results.collect()))
+}
