@@ -42,6 +42,11 @@ fn functions() {
 }
 
 #[test]
+fn memory() {
+    check_corpus("memory.gml", 10);
+}
+
+#[test]
 fn data() {
     check_corpus("data.gml", 75);
 }

@@ -72,11 +72,6 @@ pub(crate) struct Imports {
 type Unfilled<'v> = Vec<(usize, &'v [Value])>;
 
 impl Imports {
-    /// All words that refer to what has been taken in.
-    pub(crate) fn words_mut(&mut self) -> impl Iterator<Item = &mut Word> {
-        self.words.values_mut()
-    }
-
     /// Brings a closure, with all that it has captured, into the heap.
     pub(crate) fn import(&mut self, closure: &Arc<Closure>, heap: &mut Heap) -> Word {
         if let Some(word) = self.words.get(&(Arc::as_ptr(closure) as usize)) {

@@ -1,29 +1,67 @@
 //! The heap of one machine: closures and arrays as runs of words, and values from outside.
 //!
-//! A closure or an array is a header with its number of words, followed by those words. A header
-//! also knows the function of a closure and which value, if any, the closure or array has become
-//! outside the machine (see [`exchange`](crate::exchange)). Strings, objects and lights are held
-//! as values beside the cells.
+//! A closure or an array is a header with its number of words, and its function if it is a closure,
+//! followed by those words. Strings, objects and lights are held as values beside the cells.
 //!
-//! Memory is reclaimed by copying what is in reach (Cheney 1970), without recursion however deeply
-//! values are nested. What was there when the heap was [settled](Heap::settle) stays where it is.
+//! The heap is a stack. Since values never change, whatever refers to a value is younger than that
+//! value; so when nothing is in use that is younger than some value, the heap can be cut there. No
+//! reference is counted, and no value is traced or moved. What is not in use but older than something
+//! that is stays until that goes.
 
-use crate::memory;
+use std::collections::HashMap;
+
 use crate::value::Value;
 use crate::word::{Tag, Word};
 
-/// For a header: it has no value outside.
-const NONE: u64 = u64::MAX;
+/// Bytes of a reference-counted allocation besides its content: two counts and the allocator's own.
+const SHARED_BYTES: usize = 32;
 
 /// Closures, arrays, and what words cannot hold.
 #[derive(Clone, Default)]
 pub(crate) struct Heap {
     cells: Vec<Word>,
-    foreign: Vec<Value>,
-    /// Cells and foreign values before these never move nor go.
-    settled: (usize, usize),
-    /// Bytes that the foreign values take, at most.
-    foreign_bytes: u64,
+    foreign: Vec<Foreign>,
+    /// What closures and arrays have become outside, by their addresses.
+    exports: HashMap<usize, Export>,
+    /// Bytes of the foreign values and of what has been exported.
+    outside_bytes: u64,
+    /// Number of cells and foreign values that have been cut off.
+    n_cut: u64,
+}
+
+/// A string, an object or a light.
+#[derive(Clone)]
+struct Foreign {
+    value: Value,
+    /// Number of cells when it was adopted: what refers to it lies behind those.
+    born: usize,
+    /// Bytes outside then, its own included.
+    outside_bytes: u64,
+}
+
+/// A closure or an array as it is outside the machine.
+#[derive(Clone)]
+struct Export {
+    value: Value,
+    n_bytes: u64,
+    /// Number of foreign values that it came after: those that follow may hold it.
+    n_foreign: usize,
+}
+
+/// How far a heap reaches.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Extent {
+    n_cells: usize,
+    n_foreign: usize,
+}
+
+impl Extent {
+    fn or(self, other: Extent) -> Extent {
+        Extent {
+            n_cells: self.n_cells.max(other.n_cells),
+            n_foreign: self.n_foreign.max(other.n_foreign),
+        }
+    }
 }
 
 impl Heap {
@@ -43,25 +81,22 @@ impl Heap {
 
     fn allocate(&mut self, n_words: usize) -> usize {
         let address = self.cells.len();
-        self.cells.push(Word { tag: Tag::Header, x: n_words as u64, y: 0, z: NONE });
+        self.cells.push(Word::new(Tag::Header, n_words as u64));
         self.cells.resize(address + 1 + n_words, Word::NOTHING);
         address
     }
 
     /// Takes in a string, an object or a light, which owns so many bytes.
     pub(crate) fn adopt(&mut self, tag: Tag, value: Value, n_bytes: u64) -> Word {
-        Word::new(tag, self.keep(value, n_bytes))
-    }
-
-    fn keep(&mut self, value: Value, n_bytes: u64) -> u64 {
-        self.foreign_bytes += n_bytes + size_of::<Value>() as u64;
-        self.foreign.push(value);
-        self.foreign.len() as u64 - 1
+        self.outside_bytes += n_bytes + size_of::<Foreign>() as u64;
+        let (born, outside_bytes) = (self.cells.len(), self.outside_bytes);
+        self.foreign.push(Foreign { value, born, outside_bytes });
+        Word::new(tag, self.foreign.len() as u64 - 1)
     }
 
     /// A string, an object or a light.
     pub(crate) fn foreign(&self, word: Word) -> &Value {
-        &self.foreign[word.address()]
+        &self.foreign[word.address()].value
     }
 
     /// The function of a closure.
@@ -101,96 +136,89 @@ impl Heap {
 
     /// What a closure or an array has become outside, if it was needed there.
     pub(crate) fn exported(&self, address: usize) -> Option<&Value> {
-        let index = self.cells[address].z;
-        (index != NONE).then(|| &self.foreign[index as usize])
+        self.exports.get(&address).map(|export| &export.value)
     }
 
     pub(crate) fn set_exported(&mut self, address: usize, value: Value) {
-        let n_bytes = memory::bytes_for(self.cells[address].x as usize);
-        self.cells[address].z = self.keep(value, n_bytes);
+        let n_values = self.cells[address].x as usize;
+        let content = size_of::<Vec<Value>>() + n_values * size_of::<Value>();
+        let n_bytes = (SHARED_BYTES + content + size_of::<Export>()) as u64;
+        self.outside_bytes += n_bytes;
+        self.exports.insert(address, Export { value, n_bytes, n_foreign: self.foreign.len() });
     }
 
-    /// Bytes in use, values that are no longer in reach included.
+    /// Bytes in use.
     #[inline(always)]
     pub(crate) fn n_bytes(&self) -> u64 {
-        (self.cells.len() * size_of::<Word>()) as u64 + self.foreign_bytes
+        (self.cells.len() * size_of::<Word>()) as u64 + self.outside_bytes
     }
 
-    /// Keeps for good, and in its place, all that is here now.
-    pub(crate) fn settle(&mut self) {
-        self.settled = (self.cells.len(), self.foreign.len());
+    /// Number of cells and foreign values that there ever were.
+    pub(crate) fn n_made(&self) -> u64 {
+        (self.cells.len() + self.foreign.len()) as u64 + self.n_cut
+    }
+
+    pub(crate) fn extent(&self) -> Extent {
+        Extent { n_cells: self.cells.len(), n_foreign: self.foreign.len() }
+    }
+
+    /// By how much the heap reaches farther, in cells; a foreign value counts for a few.
+    #[inline(always)]
+    pub(crate) fn growth_since(&self, extent: Extent) -> usize {
+        const CELLS_OF_FOREIGN: usize = 8;
+        let n_foreign = self.foreign.len() - extent.n_foreign;
+        self.cells.len() - extent.n_cells + CELLS_OF_FOREIGN * n_foreign
+    }
+
+    /// As far as the extent and all values in use, which may refer to anything older.
+    pub(crate) fn extent_of<'w>(
+        &self,
+        extent: Extent,
+        in_use: impl Iterator<Item = &'w Word>,
+    ) -> Extent {
+        let of = |word: &Word| match word.tag {
+            Tag::Closure | Tag::Array => {
+                let n_words = self.cells[word.address()].x as usize;
+                Extent { n_cells: word.address() + 1 + n_words, n_foreign: 0 }
+            }
+            Tag::Str | Tag::Object | Tag::Light => {
+                Extent { n_cells: 0, n_foreign: word.address() + 1 }
+            }
+            _ => Extent::default(),
+        };
+        in_use.map(of).fold(extent, Extent::or)
+    }
+
+    /// Forgets what lies beyond an extent. Foreign values beyond it stay if cells within it may refer
+    /// to them.
+    #[inline]
+    pub(crate) fn cut(&mut self, extent: Extent) {
+        if extent != self.extent() {
+            self.cut_off(extent);
+        }
+    }
+
+    #[inline(never)]
+    fn cut_off(&mut self, extent: Extent) {
+        let n_made = self.n_made();
+        self.cells.truncate(extent.n_cells);
+        let may_be_held = |foreign: &Foreign| foreign.born < extent.n_cells;
+        let n_free = self.foreign.iter().rev().take_while(|last| !may_be_held(last)).count();
+        let n_foreign = extent.n_foreign.max(self.foreign.len() - n_free);
+        self.foreign.truncate(n_foreign);
+        self.n_cut = n_made - (self.cells.len() + self.foreign.len()) as u64;
+        self.outside_bytes = self.foreign.last().map_or(0, |foreign| foreign.outside_bytes);
+        // What was exported before the last foreign value is counted with that.
+        self.exports.retain(|address, export| {
+            let stays = *address < extent.n_cells;
+            if stays && export.n_foreign >= n_foreign {
+                export.n_foreign = n_foreign;
+                self.outside_bytes += export.n_bytes;
+            }
+            stays
+        });
     }
 }
 
-/// A collection under way: what is in reach has been copied to a new heap, and the cells in the new
-/// one from some index on still refer to the old.
-pub(crate) struct Collection<'h> {
-    heap: &'h mut Heap,
-    old_cells: Vec<Word>,
-    old_foreign: Vec<Value>,
-    /// Where foreign values are now.
-    new_places: Vec<u64>,
-}
-
-impl<'h> Collection<'h> {
-    pub(crate) fn begin(heap: &'h mut Heap) -> Self {
-        let (n_cells, n_foreign) = heap.settled;
-        let old_cells = std::mem::take(&mut heap.cells);
-        heap.cells.extend_from_slice(&old_cells[..n_cells]);
-        let old_foreign = heap.foreign.split_off(n_foreign);
-        let new_places = vec![NONE; old_foreign.len()];
-        Collection { heap, old_cells, old_foreign, new_places }
-    }
-
-    /// Keeps what a word refers to, and makes the word say where that is now.
-    pub(crate) fn keep(&mut self, word: &mut Word) {
-        match word.tag {
-            Tag::Closure | Tag::Array => word.x = self.moved(word.address()) as u64,
-            Tag::Str | Tag::Object | Tag::Light => word.x = self.moved_foreign(word.x),
-            Tag::Header if word.z != NONE => word.z = self.moved_foreign(word.z),
-            _ => {}
-        }
-    }
-
-    /// Keeps a closure or an array; returns where it is now.
-    pub(crate) fn moved(&mut self, address: usize) -> usize {
-        if address < self.heap.settled.0 {
-            return address;
-        }
-        let header = self.old_cells[address];
-        if header.tag == Tag::Moved {
-            return header.address();
-        }
-        let new_address = self.heap.cells.len();
-        let n_words = header.x as usize;
-        self.heap.cells.extend_from_slice(&self.old_cells[address..=address + n_words]);
-        self.old_cells[address] = Word::new(Tag::Moved, new_address as u64);
-        new_address
-    }
-
-    fn moved_foreign(&mut self, index: u64) -> u64 {
-        let n_settled = self.heap.settled.1 as u64;
-        if index < n_settled {
-            return index;
-        }
-        let old = (index - n_settled) as usize;
-        if self.new_places[old] == NONE {
-            self.new_places[old] = self.heap.foreign.len() as u64;
-            let value = std::mem::replace(&mut self.old_foreign[old], Value::Bool(false));
-            self.heap.foreign.push(value);
-        }
-        self.new_places[old]
-    }
-
-    /// Keeps what is in reach of what has been kept, and forgets the rest.
-    pub(crate) fn finish(mut self) {
-        let mut scanned = 0;
-        while scanned < self.heap.cells.len() {
-            let mut cell = self.heap.cells[scanned];
-            self.keep(&mut cell);
-            self.heap.cells[scanned] = cell;
-            scanned += 1;
-        }
-        self.heap.foreign_bytes = memory::count(self.heap.foreign.iter());
-    }
-}
+#[cfg(test)]
+mod tests;

@@ -11,7 +11,7 @@ use compiler::{for_each_scalar, scalar_operand, scalar_result};
 use crate::display;
 use crate::error::Problem;
 use crate::host::Host;
-use crate::machine::{Frame, Limits, Machine};
+use crate::machine::{Frame, Limits, MIN_GROWTH, Machine};
 use crate::ops;
 use crate::program::LoadedFunction;
 use crate::registers::WINDOW;
@@ -93,8 +93,9 @@ impl Machine<'_> {
         let mut accumulator = 0.0;
         self.stopped_at = 0;
         if self.stack.n_bytes() + self.heap.n_bytes() > self.room {
-            self.collect(0)?;
+            return Err(Box::new(Problem::MemoryLimit(self.limits.max_memory)));
         }
+        self.mark = self.heap.extent();
         let mut index = self.heap.function(self.closure) as usize;
         let mut function = &functions[index];
         self.enter(function, base)?;
@@ -146,27 +147,33 @@ impl Machine<'_> {
                 frame = self.registers.window(base);
             };
         }
+        // Whether more memory is in use than may be.
         macro_rules! is_full {
+            () => {{
+                let waiting = (self.frames.len() * size_of::<Frame>()) as u64;
+                self.stack.n_bytes() + self.heap.n_bytes() + waiting > self.room
+            }};
+        }
+        // Whether the running call has made the heap grow so much that cutting it may pay.
+        macro_rules! is_heap_due {
             () => {
-                self.stack.n_bytes() + self.heap.n_bytes() > self.room
+                self.heap.growth_since(self.mark) >= MIN_GROWTH
             };
         }
-        // Sees to it that memory is left; values may move.
-        macro_rules! make_room {
+        macro_rules! check_memory {
             () => {
                 if is_full!() {
-                    check!(self.collect(base + function.n_used));
-                    frame = self.registers.window(base);
+                    trap!(Problem::MemoryLimit(self.limits.max_memory))
                 }
             };
         }
-        // The closure in a register, after room has been made for its call.
+        // The closure in a register, to be called.
         macro_rules! callee {
             ($register:expr) => {{
                 if frame.tag($register) != Tag::Closure {
                     trap!(mismatch(Operator::Apply, &[frame.get($register)]))
                 }
-                make_room!();
+                check_memory!();
                 frame.get($register).address()
             }};
         }
@@ -232,11 +239,14 @@ impl Machine<'_> {
                     }
                 };
             }
-            // Whether a call is of the running closure, and memory is left.
+            // Whether a call is of the running closure, and nothing is to be done about memory.
             macro_rules! is_again {
                 () => {{
                     let closure = frame.get(step.k as u8);
-                    closure.tag == Tag::Closure && closure.address() == self.closure && !is_full!()
+                    closure.tag == Tag::Closure
+                        && closure.address() == self.closure
+                        && !is_full!()
+                        && !is_heap_due!()
                 }};
             }
             // Calls the running closure in place of itself, behind a few pushes. The values go from
@@ -365,7 +375,7 @@ impl Machine<'_> {
                     self.floor = self.floors.pop().unwrap_or(0);
                     frame = self.registers.window(base);
                     frame.set(step.a, array);
-                    make_room!();
+                    check_memory!();
                 }
                 Op::MakeArray => {
                     let array = self.collect_array(self.stack.len() - step.imm as usize);
@@ -398,12 +408,18 @@ impl Machine<'_> {
                     let callee_base = base + function.n_used;
                     let callee_index = self.heap.function(callee) as usize;
                     check!(self.enter(&functions[callee_index], callee_base));
-                    self.frames.push(Frame { closure: self.closure, pc: pc!(), base });
+                    let mark = self.mark;
+                    self.frames.push(Frame { closure: self.closure, pc: pc!(), base, mark });
+                    self.mark = self.heap.extent();
                     (self.closure, index, base) = (callee, callee_index, callee_base);
                     resume!(0);
                 }
                 Op::TailApply => {
                     let callee = callee!(step.a);
+                    if is_heap_due!() {
+                        self.cut_heap(callee);
+                        frame = self.registers.window(base);
+                    }
                     if callee == self.closure {
                         check!(pay(&mut self.fuel, &self.limits, function));
                         rest = &function.steps;
@@ -416,7 +432,7 @@ impl Machine<'_> {
                 }
                 Op::Return => {
                     let Some(caller) = self.frames.pop() else { return Ok(()) };
-                    (self.closure, base) = (caller.closure, caller.base);
+                    (self.closure, base, self.mark) = (caller.closure, caller.base, caller.mark);
                     index = self.heap.function(self.closure) as usize;
                     resume!(caller.pc);
                 }

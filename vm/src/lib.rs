@@ -12,7 +12,6 @@ mod heap;
 pub mod host;
 mod interp;
 pub mod machine;
-mod memory;
 mod ops;
 pub mod program;
 mod registers;

@@ -7,13 +7,13 @@ use compiler::diagnostic::TraceEntry;
 
 use crate::error::{Error, Problem};
 use crate::exchange::Imports;
-use crate::heap::{Collection, Heap};
+use crate::heap::{Extent, Heap};
 use crate::host::Host;
 use crate::program::LoadedProgram;
 use crate::registers::Registers;
 use crate::stack::OperandStack;
-use crate::value::Value;
-use crate::word::Word;
+use crate::value::{Closure, Value};
+use crate::word::{Tag, Word};
 
 /// What a program may use up.
 #[derive(Clone, Copy, Debug)]
@@ -26,8 +26,9 @@ pub struct Limits {
     pub max_memory: u64,
 }
 
-/// Less than this is never worth collecting: about what a core's own caches hold.
-const MIN_ROOM: u64 = 256 << 10;
+/// The heap is not cut before a call has made it grow by so many cells: about what a core's own
+/// caches hold.
+pub(crate) const MIN_GROWTH: usize = 8192;
 
 /// A call that waits for another to return.
 #[derive(Clone, Copy)]
@@ -35,6 +36,7 @@ pub(crate) struct Frame {
     pub(crate) closure: usize,
     pub(crate) pc: usize,
     pub(crate) base: usize,
+    pub(crate) mark: Extent,
 }
 
 /// The state of one thread of execution.
@@ -44,6 +46,8 @@ pub struct Machine<'p> {
     pub(crate) heap: Heap,
     /// What has come from outside into the heap.
     pub(crate) imports: Imports,
+    /// What stays in the heap for good: constants, and what has come from outside.
+    settled: Extent,
     /// Surface functions: closures in the heap.
     pub(crate) surfaces: Vec<Word>,
     /// Operands that cross calls.
@@ -53,12 +57,17 @@ pub struct Machine<'p> {
     pub(crate) frames: Vec<Frame>,
     /// Where in the heap the running closure is.
     pub(crate) closure: usize,
+    /// The heap when the running call began: callers have in their registers only what was there
+    /// then. Calls in tail position keep it, but what such a call finds in use counts as there too.
+    pub(crate) mark: Extent,
+    /// Words looked at so far to find out what is in use.
+    n_looked_at: u64,
     /// What lies below on the operand stack is out of reach.
     pub(crate) floor: usize,
     /// Floors of the array literals around the current one.
     pub(crate) floors: Vec<usize>,
     pub(crate) fuel: u64,
-    /// When stack and heap use so many bytes, what is out of reach is to be forgotten.
+    /// Bytes that stack, heap and waiting calls may use.
     pub(crate) room: u64,
     /// The instruction last begun, written when something goes wrong.
     pub(crate) stopped_at: usize,
@@ -73,15 +82,18 @@ impl<'p> Machine<'p> {
             limits,
             heap: program.heap.clone(),
             imports: Imports::default(),
+            settled: program.heap.extent(),
             surfaces: Vec::new(),
             stack: OperandStack::default(),
             registers: Registers::default(),
             frames: Vec::new(),
             closure: 0,
+            mark: Extent::default(),
+            n_looked_at: 0,
             floor: 0,
             floors: Vec::new(),
             fuel: limits.fuel,
-            room: limits.max_memory.min(MIN_ROOM),
+            room: limits.max_memory,
             stopped_at: 0,
         }
     }
@@ -116,11 +128,20 @@ impl<'p> Machine<'p> {
 
     /// Forgets all that a former call has left, but keeps the memory.
     pub(crate) fn reset(&mut self) {
+        self.heap.cut(self.settled);
         self.stack.truncate(0);
         self.frames.clear();
         self.floors.clear();
         self.floor = 0;
         self.fuel = self.limits.fuel;
+    }
+
+    /// Brings a closure into the heap for good; forgets what a former call has left.
+    pub(crate) fn import(&mut self, closure: &Arc<Closure>) -> Word {
+        self.reset();
+        let word = self.imports.import(closure, &mut self.heap);
+        self.settled = self.heap.extent();
+        word
     }
 
     /// Makes room for so many registers.
@@ -132,31 +153,20 @@ impl<'p> Machine<'p> {
         self.room = self.room.saturating_sub(self.registers.n_bytes() - n_before);
     }
 
-    /// Forgets what is out of reach; fails if the limit is as good as reached all the same. Values
-    /// may move; registers from `top` on are dead.
+    /// Cuts the heap when the running call calls another in its place. What it has made is in use
+    /// only if it is on the stack or held by what is, or is the other closure; its own is needed to
+    /// tell of errors. Looking at the stack must have been paid for by what was made.
     #[cold]
     #[inline(never)]
-    pub(crate) fn collect(&mut self, top: usize) -> Result<(), Box<Problem>> {
-        let mut collection = Collection::begin(&mut self.heap);
-        self.registers.update(top, |word| collection.keep(word));
-        let outside = self.imports.words_mut().chain(&mut self.surfaces);
-        for word in self.stack.as_mut_slice().iter_mut().chain(outside) {
-            collection.keep(word);
+    pub(crate) fn cut_heap(&mut self, callee: usize) {
+        let n_words = self.stack.len() as u64;
+        if self.heap.n_made() - self.n_looked_at >= n_words {
+            self.n_looked_at += n_words;
+            let closures = [callee, self.closure].map(|at| Word::new(Tag::Closure, at as u64));
+            let in_use = self.stack.as_slice().iter().chain(&closures);
+            self.heap.cut(self.heap.extent_of(self.mark, in_use));
         }
-        for frame in &mut self.frames {
-            frame.closure = collection.moved(frame.closure);
-        }
-        self.closure = collection.moved(self.closure);
-        collection.finish();
-        let in_registers = self.registers.n_bytes();
-        let in_use = in_registers + self.stack.n_bytes() + self.heap.n_bytes();
-        let waiting = (self.frames.len() * size_of::<Frame>()) as u64;
-        let limit = self.limits.max_memory;
-        if in_use + waiting > limit / 16 * 15 {
-            return Err(Box::new(Problem::MemoryLimit(limit)));
-        }
-        self.room = (2 * in_use).max(MIN_ROOM).min(limit) - in_registers;
-        Ok(())
+        self.mark = self.heap.extent();
     }
 
     pub(crate) fn error(&self, problem: Problem) -> Box<Error> {

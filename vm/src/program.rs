@@ -36,9 +36,7 @@ impl LoadedProgram {
         let mut loader = Loader::default();
         let functions =
             bytecode.functions.iter().map(|function| loader.function(function)).collect();
-        let mut heap = loader.heap;
-        heap.settle();
-        LoadedProgram { bytecode, functions, heap }
+        LoadedProgram { bytecode, functions, heap: loader.heap }
     }
 }
 

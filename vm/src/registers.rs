@@ -64,17 +64,6 @@ impl Registers {
         (self.tags[index], self.xs[index]) = (word.tag, word.x);
         self.yzs[index] = [word.y, word.z];
     }
-
-    /// Applies `f` to the registers before `top` and forgets the others.
-    pub(crate) fn update(&mut self, top: usize, mut f: impl FnMut(&mut Word)) {
-        for index in 0..top {
-            let mut word = self.get(index);
-            f(&mut word);
-            self.set(index, word);
-        }
-        self.tags[top..].fill(Word::NOTHING.tag);
-        self.xs[top..].fill(Word::NOTHING.x);
-    }
 }
 
 /// The registers of the running call.

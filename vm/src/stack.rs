@@ -31,11 +31,6 @@ impl OperandStack {
         &self.slots[..self.len]
     }
 
-    /// The values, bottom first.
-    pub(crate) fn as_mut_slice(&mut self) -> &mut [Word] {
-        &mut self.slots[..self.len]
-    }
-
     /// Pushes values, the last on top.
     #[inline(always)]
     pub(crate) fn push<const N: usize>(&mut self, words: [Word; N]) {

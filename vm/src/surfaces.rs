@@ -85,10 +85,6 @@ impl Machine<'_> {
         self.surface_at(0, at)
     }
 
-    fn import(&mut self, closure: &Arc<Closure>) -> Word {
-        self.imports.import(closure, &mut self.heap)
-    }
-
     fn surface_at(&mut self, index: usize, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
         self.reset();
         let face = Word::from_int(i64::from(at.face));

@@ -23,8 +23,6 @@ pub(crate) enum Tag {
     Light,
     /// In the heap only: what stands before the words of a closure or an array.
     Header,
-    /// In the heap while it is being collected: where a header has gone.
-    Moved,
 }
 
 /// A value, or part of the heap. What the payload means depends on the tag; of numbers only `x` is
@@ -79,7 +77,7 @@ impl Word {
             Tag::Str => Type::Str,
             Tag::Object => Type::Object,
             Tag::Light => Type::Light,
-            Tag::Header | Tag::Moved => Type::Any,
+            Tag::Header => Type::Any,
         }
     }
 
