@@ -166,6 +166,19 @@ fn memory_runs_out_as_it_does_interpreted() {
     assert!(results[..4].iter().all(Result::is_ok), "{results:?}");
 }
 
+/// What a loop takes along and makes anew adds up in the interpreter's memory, though native code
+/// makes no array at all.
+#[test]
+fn memory_of_loops_runs_out_as_it_does_interpreted() {
+    let text = "{ /self /a /n n 1 lessi { a 0 get } { n 1 subi [ a 0 get 1.0 addf ] self self apply } if } /go";
+    let limits = Limits { max_memory: 64 << 20, fuel: 1_000_000_000, ..LIMITS };
+    let text = surface(text, "u 2000000.0 mulf floor [ 0.0 ] go go apply");
+    let (evaluation, results) = call_at(5, &text, limits);
+    assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}");
+    let failed = |told: &Told| told.as_ref().is_err_and(|told| told.contains("MemoryLimit"));
+    assert!(results[..2].iter().all(Result::is_ok) && failed(&results[4]), "{results:?}");
+}
+
 #[test]
 fn a_recursion_that_never_ends_is_stopped() {
     let text = "{ /self /n n 0 eqi { 0.5 } { n 1 subi self self apply 0.5 addf } if } /go";

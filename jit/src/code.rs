@@ -256,13 +256,15 @@ fn words(error: impl std::fmt::Display) -> String {
 pub(crate) struct Native {
     pub(crate) code: Arc<Code>,
     uniforms: Box<[u64]>,
+    /// What a call may use up in loops and routines.
+    fuel: i64,
 }
 
 impl Native {
     /// `n_uniforms` is what the code was compiled for.
-    pub(crate) fn new(code: Arc<Code>, n_uniforms: u32, uniforms: Vec<u64>) -> Self {
+    pub(crate) fn new(code: Arc<Code>, n_uniforms: u32, uniforms: Vec<u64>, fuel: i64) -> Self {
         assert_eq!(uniforms.len(), n_uniforms as usize, "a shader and its uniforms fit");
-        Native { code, uniforms: uniforms.into_boxed_slice() }
+        Native { code, uniforms: uniforms.into_boxed_slice(), fuel }
     }
 
     pub(crate) fn n_uniforms(&self) -> u32 {
@@ -270,7 +272,7 @@ impl Native {
     }
 
     #[inline(always)]
-    pub(crate) fn call(&self, face: u8, u: f64, v: f64, fuel: i64) -> Option<SurfaceSample> {
-        self.code.call(&self.uniforms, face, u, v, fuel)
+    pub(crate) fn call(&self, face: u8, u: f64, v: f64) -> Option<SurfaceSample> {
+        self.code.call(&self.uniforms, face, u, v, self.fuel)
     }
 }

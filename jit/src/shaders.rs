@@ -121,8 +121,6 @@ pub struct Shaders<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
     pub(crate) surfaces: &'p [Arc<Closure>],
     limits: Limits,
-    /// Fuel for rounds of loops; what runs once has been checked.
-    loop_fuel: i64,
     pub(crate) slots: Vec<Slot>,
     /// Fuel that calls have used up by interpretation, by function, before specializing.
     spent: Vec<AtomicU64>,
@@ -204,7 +202,6 @@ impl<'p> Shaders<'p> {
             program,
             surfaces,
             limits,
-            loop_fuel: i64::try_from(limits.fuel).unwrap_or(i64::MAX),
             slots: surfaces.iter().map(|_| Slot::default()).collect(),
             spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
@@ -309,7 +306,9 @@ impl<'p> Shaders<'p> {
             Ok(Arc::new(code))
         };
         let code = variant.code.get_or_init(compile).clone()?;
-        Ok(Tier::Native(Native::new(code, shader.n_uniforms, uniforms.clone()), variant.needs))
+        let fuel = self.fuel(shader);
+        let native = Native::new(code, shader.n_uniforms, uniforms.clone(), fuel);
+        Ok(Tier::Native(native, variant.needs))
     }
 
     /// Machine code for a surface; `text` is filled with the forms that it takes on the way.
@@ -364,13 +363,25 @@ impl<'p> Shaders<'p> {
         Unsupported { span: self.span(index), reason: reason.to_owned() }
     }
 
+    /// Fuel for rounds of loops and calls of routines; what runs once has been checked. Each pays for
+    /// all of its body, and no body makes more memory than it pays for: what passes through those with
+    /// arrays or closures leave fits into a quarter of the memory.
+    fn fuel(&self, shader: &Shader) -> i64 {
+        let bodies = shader.routines.iter().map(|routine| &routine.body).chain([&shader.main]);
+        let by_memory = bodies.filter(|body| body.costs.n_holders > 0).map(|body| {
+            self.limits.max_memory / 4 / body.costs.memory.max(1) * body.costs.fuel.max(1)
+        });
+        let fuel = by_memory.fold(self.limits.fuel, u64::min);
+        i64::try_from(fuel).unwrap_or(i64::MAX)
+    }
+
     /// How many calls of a shader's routines the interpreter can have active at once for sure.
     fn max_calls(&self, shader: &Shader) -> u64 {
         let bodies = || shader.routines.iter().map(|routine| routine.body.costs);
         let depth = self.limits.max_depth.saturating_sub(shader.main.costs.depth);
         let depth_of_call = bodies().map(|costs| costs.depth).max().unwrap_or(0).max(1);
         let memory_of_call = bodies().map(|costs| costs.memory).max().unwrap_or(0).max(1);
-        // Half of the memory is left to the main body, and to what the collector lets lie.
+        // Half of the memory is left to what is made besides.
         let by_memory = self.limits.max_memory / 2 / memory_of_call;
         by_memory.min((depth / depth_of_call) as u64)
     }
@@ -403,7 +414,7 @@ impl SurfaceEval for NativeSurfaces<'_> {
         match self.shaders.slots[index].tier.get() {
             Some(Tier::Native(native, needs)) => {
                 let SurfacePoint { face, u, v } = at.locate(*needs);
-                match native.call(face, u, v, self.shaders.loop_fuel) {
+                match native.call(face, u, v) {
                     Some(sample) => Ok(sample),
                     None => self.interpreter.eval(surface, at),
                 }

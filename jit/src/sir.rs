@@ -142,6 +142,8 @@ pub(crate) struct Costs {
     pub(crate) depth: usize,
     /// The most bytes of values that one pass through the code makes.
     pub(crate) memory: u64,
+    /// The most arrays and closures that it makes: those may stay when it is done.
+    pub(crate) n_holders: u64,
 }
 
 impl Body {

@@ -392,11 +392,16 @@ impl<'p> Specializer<'p> {
             Opcode::Push3 => 3,
             _ => 2,
         };
+        let is_holder = |insn: &&Insn| {
+            matches!(insn.op, Opcode::MakeClosure | Opcode::MakeArray | Opcode::EndArray)
+        };
         let n_values =
             code.code.iter().map(made).sum::<u64>() + u64::from(code.n_registers + code.n_slots);
+        let n_holders = code.code.iter().filter(is_holder).count() as u64;
         let costs = &mut self.work.body.costs;
         costs.fuel += code.code.len() as u64;
         costs.memory += value * n_values;
+        costs.n_holders += n_holders;
     }
 
     // Code.
