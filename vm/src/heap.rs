@@ -25,7 +25,7 @@ pub(crate) struct Heap {
     exports: HashMap<usize, Export>,
     /// Bytes of the foreign values and of what has been exported.
     outside_bytes: u64,
-    /// Number of cells and foreign values that have been cut off.
+    /// Number of cells that have been cut off.
     n_cut: u64,
 }
 
@@ -33,9 +33,9 @@ pub(crate) struct Heap {
 #[derive(Clone)]
 struct Foreign {
     value: Value,
-    /// Number of cells when it was adopted: what refers to it lies behind those.
-    born: usize,
-    /// Bytes outside then, its own included.
+    /// Its place among the cells, where a header of no words stands for it.
+    address: usize,
+    /// Bytes outside when it came, its own included.
     outside_bytes: u64,
 }
 
@@ -46,22 +46,6 @@ struct Export {
     n_bytes: u64,
     /// Number of foreign values that it came after: those that follow may hold it.
     n_foreign: usize,
-}
-
-/// How far a heap reaches.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Extent {
-    n_cells: usize,
-    n_foreign: usize,
-}
-
-impl Extent {
-    fn or(self, other: Extent) -> Extent {
-        Extent {
-            n_cells: self.n_cells.max(other.n_cells),
-            n_foreign: self.n_foreign.max(other.n_foreign),
-        }
-    }
 }
 
 impl Heap {
@@ -88,9 +72,9 @@ impl Heap {
 
     /// Takes in a string, an object or a light, which owns so many bytes.
     pub(crate) fn adopt(&mut self, tag: Tag, value: Value, n_bytes: u64) -> Word {
+        let address = self.allocate(0);
         self.outside_bytes += n_bytes + size_of::<Foreign>() as u64;
-        let (born, outside_bytes) = (self.cells.len(), self.outside_bytes);
-        self.foreign.push(Foreign { value, born, outside_bytes });
+        self.foreign.push(Foreign { value, address, outside_bytes: self.outside_bytes });
         Word::new(tag, self.foreign.len() as u64 - 1)
     }
 
@@ -153,64 +137,44 @@ impl Heap {
         (self.cells.len() * size_of::<Word>()) as u64 + self.outside_bytes
     }
 
-    /// Number of cells and foreign values that there ever were.
-    pub(crate) fn n_made(&self) -> u64 {
-        (self.cells.len() + self.foreign.len()) as u64 + self.n_cut
-    }
-
-    pub(crate) fn extent(&self) -> Extent {
-        Extent { n_cells: self.cells.len(), n_foreign: self.foreign.len() }
-    }
-
-    /// By how much the heap reaches farther, in cells; a foreign value counts for a few.
+    /// Number of cells, which is where the next value will be.
     #[inline(always)]
-    pub(crate) fn growth_since(&self, extent: Extent) -> usize {
-        const CELLS_OF_FOREIGN: usize = 8;
-        let n_foreign = self.foreign.len() - extent.n_foreign;
-        self.cells.len() - extent.n_cells + CELLS_OF_FOREIGN * n_foreign
+    pub(crate) fn n_cells(&self) -> usize {
+        self.cells.len()
     }
 
-    /// As far as the extent and all values in use, which may refer to anything older.
-    pub(crate) fn extent_of<'w>(
-        &self,
-        extent: Extent,
-        in_use: impl Iterator<Item = &'w Word>,
-    ) -> Extent {
-        let of = |word: &Word| match word.tag {
-            Tag::Closure | Tag::Array => {
-                let n_words = self.cells[word.address()].x as usize;
-                Extent { n_cells: word.address() + 1 + n_words, n_foreign: 0 }
-            }
-            Tag::Str | Tag::Object | Tag::Light => {
-                Extent { n_cells: 0, n_foreign: word.address() + 1 }
-            }
-            _ => Extent::default(),
-        };
-        in_use.map(of).fold(extent, Extent::or)
+    /// Number of cells that were ever made.
+    pub(crate) fn n_made(&self) -> u64 {
+        self.cells.len() as u64 + self.n_cut
     }
 
-    /// Forgets what lies beyond an extent. Foreign values beyond it stay if cells within it may refer
-    /// to them.
+    /// Where a value ends that is in the heap; 0 for others.
+    pub(crate) fn end(&self, word: Word) -> usize {
+        match word.tag {
+            Tag::Closure | Tag::Array => word.address() + 1 + self.cells[word.address()].x as usize,
+            Tag::Str | Tag::Object | Tag::Light => self.foreign[word.address()].address + 1,
+            _ => 0,
+        }
+    }
+
+    /// Forgets what lies behind so many cells.
     #[inline]
-    pub(crate) fn cut(&mut self, extent: Extent) {
-        if extent != self.extent() {
-            self.cut_off(extent);
+    pub(crate) fn cut(&mut self, n_cells: usize) {
+        if n_cells < self.cells.len() {
+            self.cut_off(n_cells);
         }
     }
 
     #[inline(never)]
-    fn cut_off(&mut self, extent: Extent) {
-        let n_made = self.n_made();
-        self.cells.truncate(extent.n_cells);
-        let may_be_held = |foreign: &Foreign| foreign.born < extent.n_cells;
-        let n_free = self.foreign.iter().rev().take_while(|last| !may_be_held(last)).count();
-        let n_foreign = extent.n_foreign.max(self.foreign.len() - n_free);
+    fn cut_off(&mut self, n_cells: usize) {
+        self.n_cut += (self.cells.len() - n_cells) as u64;
+        self.cells.truncate(n_cells);
+        let n_foreign = self.foreign.partition_point(|foreign| foreign.address < n_cells);
         self.foreign.truncate(n_foreign);
-        self.n_cut = n_made - (self.cells.len() + self.foreign.len()) as u64;
         self.outside_bytes = self.foreign.last().map_or(0, |foreign| foreign.outside_bytes);
         // What was exported before the last foreign value is counted with that.
         self.exports.retain(|address, export| {
-            let stays = *address < extent.n_cells;
+            let stays = *address < n_cells;
             if stays && export.n_foreign >= n_foreign {
                 export.n_foreign = n_foreign;
                 self.outside_bytes += export.n_bytes;

@@ -95,7 +95,7 @@ impl Machine<'_> {
         if self.stack.n_bytes() + self.heap.n_bytes() > self.room {
             return Err(Box::new(Problem::MemoryLimit(self.limits.max_memory)));
         }
-        self.mark = self.heap.extent();
+        self.mark = self.heap.n_cells();
         let mut index = self.heap.function(self.closure) as usize;
         let mut function = &functions[index];
         self.enter(function, base)?;
@@ -157,7 +157,7 @@ impl Machine<'_> {
         // Whether the running call has made the heap grow so much that cutting it may pay.
         macro_rules! is_heap_due {
             () => {
-                self.heap.growth_since(self.mark) >= MIN_GROWTH
+                self.heap.n_cells() - self.mark >= MIN_GROWTH
             };
         }
         macro_rules! check_memory {
@@ -239,14 +239,13 @@ impl Machine<'_> {
                     }
                 };
             }
-            // Whether a call is of the running closure, and nothing is to be done about memory.
+            // Whether a call is of the running closure, and takes no look at memory.
             macro_rules! is_again {
                 () => {{
                     let closure = frame.get(step.k as u8);
-                    closure.tag == Tag::Closure
+                    !is_heap_due!()
+                        && closure.tag == Tag::Closure
                         && closure.address() == self.closure
-                        && !is_full!()
-                        && !is_heap_due!()
                 }};
             }
             // Calls the running closure in place of itself, behind a few pushes. The values go from
@@ -410,7 +409,7 @@ impl Machine<'_> {
                     check!(self.enter(&functions[callee_index], callee_base));
                     let mark = self.mark;
                     self.frames.push(Frame { closure: self.closure, pc: pc!(), base, mark });
-                    self.mark = self.heap.extent();
+                    self.mark = self.heap.n_cells();
                     (self.closure, index, base) = (callee, callee_index, callee_base);
                     resume!(0);
                 }

@@ -7,7 +7,7 @@ use compiler::diagnostic::TraceEntry;
 
 use crate::error::{Error, Problem};
 use crate::exchange::Imports;
-use crate::heap::{Extent, Heap};
+use crate::heap::Heap;
 use crate::host::Host;
 use crate::program::LoadedProgram;
 use crate::registers::Registers;
@@ -36,7 +36,7 @@ pub(crate) struct Frame {
     pub(crate) closure: usize,
     pub(crate) pc: usize,
     pub(crate) base: usize,
-    pub(crate) mark: Extent,
+    pub(crate) mark: usize,
 }
 
 /// The state of one thread of execution.
@@ -46,8 +46,8 @@ pub struct Machine<'p> {
     pub(crate) heap: Heap,
     /// What has come from outside into the heap.
     pub(crate) imports: Imports,
-    /// What stays in the heap for good: constants, and what has come from outside.
-    settled: Extent,
+    /// Number of cells that stay for good: constants, and what has come from outside.
+    settled: usize,
     /// Surface functions: closures in the heap.
     pub(crate) surfaces: Vec<Word>,
     /// Operands that cross calls.
@@ -57,9 +57,9 @@ pub struct Machine<'p> {
     pub(crate) frames: Vec<Frame>,
     /// Where in the heap the running closure is.
     pub(crate) closure: usize,
-    /// The heap when the running call began: callers have in their registers only what was there
-    /// then. Calls in tail position keep it, but what such a call finds in use counts as there too.
-    pub(crate) mark: Extent,
+    /// Number of cells when the running call began: callers have in their registers only what was
+    /// there then. Calls in tail position keep it, but what such a call finds in use counts as there.
+    pub(crate) mark: usize,
     /// Words looked at so far to find out what is in use.
     n_looked_at: u64,
     /// What lies below on the operand stack is out of reach.
@@ -82,13 +82,13 @@ impl<'p> Machine<'p> {
             limits,
             heap: program.heap.clone(),
             imports: Imports::default(),
-            settled: program.heap.extent(),
+            settled: program.heap.n_cells(),
             surfaces: Vec::new(),
             stack: OperandStack::default(),
             registers: Registers::default(),
             frames: Vec::new(),
             closure: 0,
-            mark: Extent::default(),
+            mark: 0,
             n_looked_at: 0,
             floor: 0,
             floors: Vec::new(),
@@ -140,7 +140,7 @@ impl<'p> Machine<'p> {
     pub(crate) fn import(&mut self, closure: &Arc<Closure>) -> Word {
         self.reset();
         let word = self.imports.import(closure, &mut self.heap);
-        self.settled = self.heap.extent();
+        self.settled = self.heap.n_cells();
         word
     }
 
@@ -164,9 +164,10 @@ impl<'p> Machine<'p> {
             self.n_looked_at += n_words;
             let closures = [callee, self.closure].map(|at| Word::new(Tag::Closure, at as u64));
             let in_use = self.stack.as_slice().iter().chain(&closures);
-            self.heap.cut(self.heap.extent_of(self.mark, in_use));
+            let end = in_use.map(|word| self.heap.end(*word)).fold(self.mark, usize::max);
+            self.heap.cut(end);
         }
-        self.mark = self.heap.extent();
+        self.mark = self.heap.n_cells();
     }
 
     pub(crate) fn error(&self, problem: Problem) -> Box<Error> {
