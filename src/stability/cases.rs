@@ -61,6 +61,7 @@ pub(crate) const CASES: &[Case] = cases! {
     "inlay": Pixels(|index, at| if index == 0 && 9 * at.off() < 48 * 48 { BLUE } else { ORANGE });
     "nothing-left": Pixels(|_, _| BLACK);
     "nothing-left-turned": Pixels(|_, _| BLACK);
+    "limb": Outline(|index, at| index < 2 && at.across > 0);
     "with-itself": Same;
     "flush-drill": Same;
     "touching-difference": Same;
@@ -68,6 +69,7 @@ pub(crate) const CASES: &[Case] = cases! {
     "octants": Same;
     "parallel-faces": Same;
     "edges": Pixels(|_, at| if at.across.abs().max(at.up.abs()) < 15 { ORANGE } else { BLACK });
+    "edge-to-edge": Pixels(|_, at| if at.across == 0 { BLUE } else { ORANGE });
     "thin-shell": Same;
     "nested-shells": Pixels(nested_shells);
     "thousand-mirrors": Pixels(|_, _| [220; 3]);
