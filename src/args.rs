@@ -28,7 +28,8 @@ pub(crate) struct Args {
 const EXIT_CODES: &str = "\
 Exit codes:
   0   done (diff: the images are the same)
-  1   the GML program is wrong (diff: the images differ; bench: those of two engines)
+  1   the GML program is wrong (diff: the images differ; bench: those of two engines;
+      stability: a case is beyond its bound)
   2   wrong command line, or an input cannot be read
   3   an output could not be written
   4   a limit was reached
@@ -89,12 +90,16 @@ pub(crate) enum Command {
     /// Time engines and numbers of threads against one another
     #[command(long_about = BENCH_ABOUT, after_long_help = BENCH_EXAMPLES)]
     Bench(BenchArgs),
+    /// Render scenes made to break ray tracers, and count wrong pixels
+    #[command(long_about = STABILITY_ABOUT)]
+    Stability(StabilityArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
 }
 
 /// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 8] = ["run", "check", "disasm", "eval", "diff", "bench", "explain", "help"];
+const COMMANDS: [&str; 9] =
+    ["run", "check", "disasm", "eval", "diff", "bench", "stability", "explain", "help"];
 
 /// What goes into a program besides its text.
 #[derive(Clone, Debug, clap::Args)]
@@ -388,6 +393,29 @@ pub(crate) enum Metric {
     Psnr,
 }
 
+/// `gmlvm stability`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct StabilityArgs {
+    /// Engines, each of which is held to the bounds
+    #[arg(long, value_name = "ENGINE,...", value_delimiter = ',', default_value = "interp,jit")]
+    pub(crate) engines: Vec<Engine>,
+    /// Threads for tracing, at most 1024 [default: one per processor]
+    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), env = "RAYON_NUM_THREADS", hide_env_values = true)]
+    pub(crate) threads: Option<u16>,
+    /// Print the table as JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+const STABILITY_ABOUT: &str = "\
+Render scenes made to break ray tracers, and count wrong pixels.
+
+What must hold of each scene's images is known: every pixel, an outline, a symmetry, or that several \
+images are the same. A line of the table has the number of pixels for which that fails, in images \
+of a renderer as textbooks have it, without care (naive), and in ours, by engine. For scenes in \
+which nothing may be in shadow, blocked rays toward lights count as well. The scenes are part of \
+the program. Exits with 1 if a number of ours is beyond its bound.";
+
 /// `gmlvm explain`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ExplainArgs {
@@ -440,7 +468,7 @@ mod tests {
         Args::command().debug_assert();
         let names: Vec<_> =
             Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..7]);
+        assert_eq!(names, COMMANDS[..8]);
     }
 
     #[test]

@@ -19,6 +19,7 @@ mod output;
 mod perf;
 mod report;
 mod run;
+mod stability;
 mod trace;
 mod values;
 

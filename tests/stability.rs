@@ -3,12 +3,11 @@
 
 use std::path::PathBuf;
 
-use support::scenes::{Rendered, render_file, shared};
+use scenes::{Rendered, render_file, shared};
 
-mod support {
-    #[allow(dead_code, reason = "each test takes its part")]
-    pub(crate) mod scenes;
-}
+#[allow(dead_code, reason = "each test takes its part")]
+#[path = "support/scenes.rs"]
+mod scenes;
 
 type Rgb = [u8; 3];
 

@@ -73,11 +73,14 @@ struct Node<S> {
     range: Range,
 }
 
-/// What a node of the description is.
+/// What an object is; what it is made of are its [`children`](Object::children).
 #[derive(Debug)]
-pub(crate) enum NodeKind<S> {
+pub enum NodeKind<S> {
+    /// A solid in its own space, and its surface function.
     Shape(ShapeKind, S),
+    /// One object, transformed.
     Transformed(TransformOp),
+    /// Two objects, combined.
     Combined(SetOp),
 }
 
@@ -222,7 +225,9 @@ impl<S> Object<S> {
         if let NodeKind::Shape(_, surface) = &self.0.kind { Some(surface) } else { None }
     }
 
-    pub(crate) fn kind(&self) -> &NodeKind<S> {
+    /// What it is.
+    #[must_use]
+    pub fn kind(&self) -> &NodeKind<S> {
         &self.0.kind
     }
 }

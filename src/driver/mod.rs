@@ -12,6 +12,7 @@ mod disasm;
 mod eval;
 mod explain;
 mod run;
+mod stability;
 
 /// Runs the command and returns the exit code.
 ///
@@ -25,6 +26,7 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Eval(args) => eval::eval(args, reporter),
         Command::Diff(args) => diff::diff(args),
         Command::Bench(args) => bench::bench(args, reporter),
+        Command::Stability(args) => stability::stability(args, reporter),
         Command::Explain(args) => explain::explain(args),
     }
 }
