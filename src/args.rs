@@ -150,6 +150,28 @@ pub(crate) struct PictureArgs {
     /// Render only these pixels; the rest of the image is black
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::region)]
     pub(crate) region: Option<Region>,
+    /// The numbers that rays are traced with; surface functions compute in doubles with either
+    #[arg(long, value_name = "NUMBERS", default_value = "f64")]
+    pub(crate) precision: Precision,
+}
+
+/// The numbers that rays are traced with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Precision {
+    /// Doubles, of 53 bits
+    F64,
+    /// Pairs of doubles, of 106 bits: the same formulas several times as slow, to check images by
+    Dd,
+}
+
+impl Precision {
+    /// The word for it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Precision::F64 => "f64",
+            Precision::Dd => "dd",
+        }
+    }
 }
 
 /// `gmlvm run`.
