@@ -75,9 +75,12 @@ struct Node<S> {
 
 /// What a node of the description is.
 #[derive(Debug)]
-pub(crate) enum NodeKind<S> {
+pub enum NodeKind<S> {
+    /// A shape in its own space, and its surface function.
     Shape(ShapeKind, S),
+    /// Its one operand, transformed.
     Transformed(TransformOp),
+    /// Its two operands, united, intersected, or the second taken from the first.
     Combined(SetOp),
 }
 
@@ -222,7 +225,9 @@ impl<S> Object<S> {
         if let NodeKind::Shape(_, surface) = &self.0.kind { Some(surface) } else { None }
     }
 
-    pub(crate) fn kind(&self) -> &NodeKind<S> {
+    /// What it is, but for the objects that it is made of.
+    #[must_use]
+    pub fn kind(&self) -> &NodeKind<S> {
         &self.0.kind
     }
 }
