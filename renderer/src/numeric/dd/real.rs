@@ -1,13 +1,13 @@
 //! Double-double numbers as the numbers of the tracer.
 //!
 //! What `f64` gets from fused multiply-add, a result that is right however much of it cancels, is got
-//! here in two steps: a plain result, which is good where little has cancelled, and else the exact sum
-//! of all partial products, rounded once.
+//! here in steps: a plain result, which is good where little has cancelled; a sum of the partial
+//! products by their sizes, which is good to 2^-150 of the terms; and else the exact sum, rounded once.
 
 use std::cmp::Ordering;
 
 use crate::numeric::dd::elementary;
-use crate::numeric::dd::{DD_ERROR, Dd, two_product, two_sum};
+use crate::numeric::dd::{DD_ERROR, Dd, quick_two_sum, two_product, two_sum};
 use crate::numeric::real::Real;
 
 impl Real for Dd {
@@ -50,10 +50,7 @@ impl Real for Dd {
         if sum.hi.abs() >= LEFT * term.hi.abs() {
             return sum;
         }
-        exact(|terms| {
-            terms.add_product(self, factor);
-            terms.add(term);
-        })
+        cancelled(&[(self, factor)], term)
     }
 
     #[inline]
@@ -64,10 +61,7 @@ impl Real for Dd {
         if difference.hi.abs() >= LEFT * ab.hi.abs().max(cd.hi.abs()) {
             return difference;
         }
-        exact(|terms| {
-            terms.add_product(a, b);
-            terms.add_product(-c, d);
-        })
+        cancelled(&[(a, b), (-c, d)], Dd::ZERO)
     }
 
     #[inline]
@@ -79,14 +73,10 @@ impl Real for Dd {
         if sum.hi.abs() >= LEFT * (xx.hi.abs() + yy.hi.abs() + zz.hi.abs()) {
             return sum;
         }
-        exact(|terms| {
-            for (sign, coordinate) in [(s1, x), (s2, y), (s3, z)] {
-                if sign != 0.0 {
-                    terms.add_product(Dd::from(sign) * coordinate, coordinate);
-                }
-            }
-            terms.add(Dd::from(-k));
-        })
+        cancelled(
+            &[(Dd::from(s1) * x, x), (Dd::from(s2) * y, y), (Dd::from(s3) * z, z)],
+            Dd::from(-k),
+        )
     }
 
     /// With a relative error of `2 |exponent ln base|` + 8 times that of an operation.
@@ -112,7 +102,37 @@ impl Real for Dd {
 /// How much of its terms a sum must be to be right as it is.
 const LEFT: f64 = 0.25;
 
-/// Parts of numbers at most: two for each number, eight for each product of two.
+/// The sum of at most three products and a term, of which much cancels.
+#[inline(never)]
+fn cancelled(products: &[(Dd, Dd)], term: Dd) -> Dd {
+    // Parts of the size of the terms add up without error but for what goes to those below; these, of
+    // 2^-53 of the size, with 2^-105 of their own; the last, of 2^-106, as doubles.
+    let (mut top, mut middle, mut bottom) = (term.hi, Dd::from(term.lo), 0.0);
+    let mut size = term.hi.abs();
+    for (a, b) in products {
+        let high = two_product(a.hi, b.hi);
+        let (left, right) = (two_product(a.hi, b.lo), two_product(a.lo, b.hi));
+        let sum = two_sum(top, high.hi);
+        top = sum.hi;
+        middle = middle.plus(sum.lo).plus(high.lo).plus(left.hi).plus(right.hi);
+        bottom += left.lo + right.lo + a.lo * b.lo;
+        size = size.max(high.hi.abs());
+    }
+    let sum = Dd::from(top) + middle.plus(bottom);
+    const ENOUGH: f64 = 1.0 / (1u64 << 44) as f64;
+    if sum.hi.abs() >= ENOUGH * size { sum } else { exact(products, term) }
+}
+
+impl Dd {
+    /// The sum with a double, with an error of 2^-105.
+    #[inline]
+    fn plus(self, double: f64) -> Dd {
+        let sum = two_sum(self.hi, double);
+        quick_two_sum(sum.hi, self.lo + sum.lo)
+    }
+}
+
+/// Parts of numbers at most: two for each number, eight for each of three products.
 const MAX_PARTS: usize = 26;
 
 /// An exact sum of doubles: an expansion whose parts do not overlap, in order of their size
@@ -123,14 +143,19 @@ struct Expansion {
     n_parts: usize,
 }
 
-/// The exact sum of what is added to it, rounded once.
+/// The same sum, exact but for one rounding.
 #[cold]
 #[inline(never)]
-fn exact(add: impl FnOnce(&mut Expansion)) -> Dd {
-    let mut expansion = Expansion { parts: [0.0; MAX_PARTS], n_parts: 0 };
-    add(&mut expansion);
-    // From the small ones up: each sum is as large as its last part, or nearly.
-    expansion.parts[..expansion.n_parts].iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
+fn exact(products: &[(Dd, Dd)], term: Dd) -> Dd {
+    let mut sum = Expansion { parts: [0.0; MAX_PARTS], n_parts: 0 };
+    for &(a, b) in products {
+        for (x, y) in [(a.lo, b.lo), (a.lo, b.hi), (a.hi, b.lo), (a.hi, b.hi)] {
+            sum.add(two_product(x, y));
+        }
+    }
+    sum.add(term);
+    // From the small ones up: each partial sum is as large as its last part, or nearly.
+    sum.parts[..sum.n_parts].iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
 }
 
 impl Expansion {
@@ -154,11 +179,5 @@ impl Expansion {
     fn add(&mut self, Dd { hi, lo }: Dd) {
         self.add_double(lo);
         self.add_double(hi);
-    }
-
-    fn add_product(&mut self, a: Dd, b: Dd) {
-        for (x, y) in [(a.lo, b.lo), (a.lo, b.hi), (a.hi, b.lo), (a.hi, b.hi)] {
-            self.add(two_product(x, y));
-        }
     }
 }

@@ -179,6 +179,13 @@ fn powers_keep_their_bound() {
         off_by(Dd::power(base, exponent), &log.exp()) / (64.0 * (2.0 * size + 8.0))
     };
     assert!(worst(500, case) <= 1.0);
+    // Highlights: whole exponents, of bases just below 1.
+    let highlight = |numbers: &mut Numbers| {
+        let base = Dd::ONE - numbers.positive() * Dd::from(1e-9);
+        let exponent = (numbers.unit() * 1000.0).round();
+        off_by(Dd::power(base, exponent), &exactly(base).powi((exponent as i64).into()))
+    };
+    assert!(worst(500, highlight) <= 64.0 * 10.0);
     // A logarithm near 0 is known as well as others are.
     let base = Dd::ONE - Dd::from(1e-10);
     let exponent = 1e10 + 0.5;
