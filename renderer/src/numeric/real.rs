@@ -46,17 +46,18 @@ pub trait Real:
     #[must_use]
     fn sqrt_or_zero(self) -> Self;
 
-    /// `self * factor + term` with one rounding.
+    /// `self * factor + term` with one rounding; of double-double, while 2^-44 of the terms is left.
     #[must_use]
     fn mul_add(self, factor: Self, term: Self) -> Self;
 
-    /// `a*b - c*d` with a relative error of at most 3 roundings, however much of it cancels (Kahan; see Jeannerod, Louvet and Muller, "Further analysis of Kahan's algorithm for
-    /// the accurate computation of 2x2 determinants", 2013).
+    /// `a*b - c*d` with a relative error of at most 3 roundings, however much of it cancels; of
+    /// double-double, while 2^-44 of the terms is left (Kahan; see Jeannerod, Louvet and Muller, "Further analysis of Kahan's
+    /// algorithm for the accurate computation of 2x2 determinants", 2013).
     #[must_use]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
 
     /// `s1 x² + s2 y² + s3 z² - k` for signs s, however much of it cancels: the relative error is a
-    /// few units in the last place unless the exact value is below 2^-80 of its terms.
+    /// few units in the last place unless the exact value is below 2^-44 of its terms.
     #[must_use]
     fn signed_squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Self;
 

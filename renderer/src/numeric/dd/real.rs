@@ -1,8 +1,9 @@
 //! Double-double numbers as the numbers of the tracer.
 //!
 //! What `f64` gets from fused multiply-add, a result that is right however much of it cancels, is got
-//! here in steps: a plain result, which is good where little has cancelled; a sum of the partial
-//! products by their sizes, which is good to 2^-150 of the terms; and else the exact sum, rounded once.
+//! here in two steps: a plain result, which is good where little has cancelled, and else a sum of the
+//! partial products by their sizes. That is right to 2^-150 of the terms, far below what numbers of 106
+//! bits tell of them.
 
 use std::cmp::Ordering;
 
@@ -102,13 +103,13 @@ impl Real for Dd {
 /// How much of its terms a sum must be to be right as it is.
 const LEFT: f64 = 0.25;
 
-/// The sum of at most three products and a term, of which much cancels.
+/// The sum of at most three products and a term, of which much cancels: with an error of 2^-150 of the
+/// largest, and a relative one below 2^-104 if 2^-44 of it is left.
 #[inline(never)]
 fn cancelled(products: &[(Dd, Dd)], term: Dd) -> Dd {
     // Parts of the size of the terms add up without error but for what goes to those below; these, of
     // 2^-53 of the size, with 2^-105 of their own; the last, of 2^-106, as doubles.
     let (mut top, mut middle, mut bottom) = (term.hi, Dd::from(term.lo), 0.0);
-    let mut size = term.hi.abs();
     for (a, b) in products {
         let high = two_product(a.hi, b.hi);
         let (left, right) = (two_product(a.hi, b.lo), two_product(a.lo, b.hi));
@@ -116,11 +117,8 @@ fn cancelled(products: &[(Dd, Dd)], term: Dd) -> Dd {
         top = sum.hi;
         middle = middle.plus(sum.lo).plus(high.lo).plus(left.hi).plus(right.hi);
         bottom += left.lo + right.lo + a.lo * b.lo;
-        size = size.max(high.hi.abs());
     }
-    let sum = Dd::from(top) + middle.plus(bottom);
-    const ENOUGH: f64 = 1.0 / (1u64 << 44) as f64;
-    if sum.hi.abs() >= ENOUGH * size { sum } else { exact(products, term) }
+    Dd::from(top) + middle.plus(bottom)
 }
 
 impl Dd {
@@ -129,55 +127,5 @@ impl Dd {
     fn plus(self, double: f64) -> Dd {
         let sum = two_sum(self.hi, double);
         quick_two_sum(sum.hi, self.lo + sum.lo)
-    }
-}
-
-/// Parts of numbers at most: two for each number, eight for each of three products.
-const MAX_PARTS: usize = 26;
-
-/// An exact sum of doubles: an expansion whose parts do not overlap, in order of their size
-/// (Shewchuk, "Adaptive precision floating-point arithmetic and fast robust geometric predicates",
-/// 1997).
-struct Expansion {
-    parts: [f64; MAX_PARTS],
-    n_parts: usize,
-}
-
-/// The same sum, exact but for one rounding.
-#[cold]
-#[inline(never)]
-fn exact(products: &[(Dd, Dd)], term: Dd) -> Dd {
-    let mut sum = Expansion { parts: [0.0; MAX_PARTS], n_parts: 0 };
-    for &(a, b) in products {
-        for (x, y) in [(a.lo, b.lo), (a.lo, b.hi), (a.hi, b.lo), (a.hi, b.hi)] {
-            sum.add(two_product(x, y));
-        }
-    }
-    sum.add(term);
-    // From the small ones up: each partial sum is as large as its last part, or nearly.
-    sum.parts[..sum.n_parts].iter().fold(Dd::ZERO, |sum, part| sum + Dd::from(*part))
-}
-
-impl Expansion {
-    fn add_double(&mut self, mut double: f64) {
-        let mut n_left = 0;
-        for index in 0..self.n_parts {
-            let Dd { hi, lo } = two_sum(double, self.parts[index]);
-            if lo != 0.0 {
-                self.parts[n_left] = lo;
-                n_left += 1;
-            }
-            double = hi;
-        }
-        if double != 0.0 {
-            self.parts[n_left] = double;
-            n_left += 1;
-        }
-        self.n_parts = n_left;
-    }
-
-    fn add(&mut self, Dd { hi, lo }: Dd) {
-        self.add_double(lo);
-        self.add_double(hi);
     }
 }
