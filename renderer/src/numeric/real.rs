@@ -51,8 +51,8 @@ pub trait Real:
     fn mul_add(self, factor: Self, term: Self) -> Self;
 
     /// `a*b - c*d` with a relative error of at most 3 roundings, however much of it cancels; of
-    /// double-double, while 2^-44 of the terms is left (Kahan; see Jeannerod, Louvet and Muller, "Further analysis of Kahan's
-    /// algorithm for the accurate computation of 2x2 determinants", 2013).
+    /// double-double, while 2^-44 of the terms is left (Kahan; see Jeannerod, Louvet and Muller,
+    /// "Further analysis of Kahan's algorithm for the accurate computation of 2x2 determinants", 2013).
     #[must_use]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
 
