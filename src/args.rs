@@ -155,6 +155,28 @@ pub(crate) struct PictureArgs {
     /// Render only these pixels; the rest of the image is black
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::region)]
     pub(crate) region: Option<Region>,
+    /// The numbers that rays are traced with; surface functions compute in doubles with either
+    #[arg(long, value_name = "NUMBERS", default_value = "f64")]
+    pub(crate) precision: Precision,
+}
+
+/// The numbers that rays are traced with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Precision {
+    /// Doubles, of 53 bits
+    F64,
+    /// Pairs of doubles, of 106 bits: the same formulas several times as slow, to check images by
+    Dd,
+}
+
+impl Precision {
+    /// The word for it.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Precision::F64 => "f64",
+            Precision::Dd => "dd",
+        }
+    }
 }
 
 /// `gmlvm run`.
@@ -399,6 +421,9 @@ pub(crate) struct StabilityArgs {
     /// Engines, each of which is held to the bounds
     #[arg(long, value_name = "ENGINE,...", value_delimiter = ',', default_value = "interp,jit")]
     pub(crate) engines: Vec<Engine>,
+    /// Precisions, in each of which the engines are held to the bounds
+    #[arg(long, value_name = "PRECISION,...", value_delimiter = ',', default_value = "f64,dd")]
+    pub(crate) precisions: Vec<Precision>,
     /// Threads for tracing, at most 1024 [default: one per processor]
     #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), env = "RAYON_NUM_THREADS", hide_env_values = true)]
     pub(crate) threads: Option<u16>,
@@ -412,7 +437,7 @@ Render scenes made to break ray tracers, and count wrong pixels.
 
 What must hold of each scene's images is known: every pixel, an outline, a symmetry, or that several \
 images are the same. A line of the table has the number of pixels for which that fails, in images \
-of a renderer as textbooks have it, without care (naive), and in ours, by engine. For scenes in \
+of a renderer as textbooks have it, without care (naive), and in ours, by engine and precision. For scenes in \
 which nothing may be in shadow, blocked rays toward lights count as well. The scenes are part of \
 the program. Exits with 1 if a number of ours is beyond its bound.";
 

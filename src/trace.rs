@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 use jit::shaders::{Observer, Shaders, SurfaceReport, Tiering};
 use rayon::ThreadPool;
 use renderer::image::{Image, Pixel};
+use renderer::numeric::dd::Dd;
+use renderer::numeric::real::Real;
 use renderer::scene::Scene;
 use renderer::shade::RayCounts;
 use renderer::surface::SurfaceEval;
@@ -13,7 +15,7 @@ use vm::host::RenderJob;
 use vm::machine::Limits;
 use vm::surfaces::{self, InterpSurfaces};
 
-use crate::args::Engine;
+use crate::args::{Engine, Precision};
 use crate::formats::{Picture, Pixels};
 use crate::perf::PerfMap;
 use crate::run::plan::Plan;
@@ -48,6 +50,8 @@ pub(crate) struct Settings<'s> {
     pub(crate) threads: &'s ThreadPool,
     /// What evaluates surface functions.
     pub(crate) engine: Engine,
+    /// The numbers of the rays.
+    pub(crate) precision: Precision,
     /// Linear light in place of bytes.
     pub(crate) is_linear: bool,
     /// What each call of a surface function may use up.
@@ -66,8 +70,21 @@ pub(crate) fn trace_job(
     settings: Settings<'_>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
+    match settings.precision {
+        Precision::F64 => trace_with::<f64>(job, plan, settings, progress),
+        Precision::Dd => trace_with::<Dd>(job, plan, settings, progress),
+    }
+}
+
+fn trace_with<R: Real>(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Traced, TraceFailure> {
     let start = Instant::now();
-    let (scene, surfaces): (Scene, _) = settings.threads.install(|| surfaces::scene(&job.object));
+    let (scene, surfaces): (Scene<R>, _) =
+        settings.threads.install(|| surfaces::scene(&job.object));
     let built = Instant::now();
     let limits = settings.limits;
     let shaders = match settings.engine {
@@ -103,8 +120,8 @@ pub(crate) fn trace_job(
     })
 }
 
-fn trace<E: SurfaceEval<Error = Box<Error>> + Send>(
-    scene: &Scene,
+fn trace<R: Real, E: SurfaceEval<Error = Box<Error>> + Send>(
+    scene: &Scene<R>,
     plan: &Plan,
     settings: Settings<'_>,
     worker: impl Fn() -> E + Send + Sync,

@@ -228,6 +228,35 @@ fn depth_and_dialect_follow_the_reference() {
     }
 }
 
+/// A striped ground, a millionth of a unit below the eye. In the first row below the horizon the
+/// stripes begin at the centres of pixels, where doubles cannot tell one from the next.
+#[test]
+fn double_doubles_tell_what_doubles_cannot() {
+    let sandbox = Sandbox::new();
+    sandbox.file(
+        "ground.gml",
+        "{ /v /u /face u floor 2 modi 0 eqi { 1.0 } { 0.0 } if /c c c c point
+          1.0 0.0 1.0 } plane 1.0e-6 uscale 0.0 -1.0e-6 0.0 translate /ground
+         1.0 1.0 1.0 point [] ground 0 1.0 24 24 \"g.ppm\" render",
+    );
+    let image = |args: &[&str]| {
+        let args = [&["ground.gml", "--output", "-", "-q", "--stats", "s.json"], args].concat();
+        let ended = sandbox.run(&args);
+        assert_eq!(ended.code, 0, "{}", ended.stderr);
+        let stats = serde_json::from_slice::<serde_json::Value>(&sandbox.read("s.json"));
+        (ended.stdout, stats.unwrap()["precision"].as_str().unwrap().to_owned())
+    };
+    let (plain, precision) = image(&[]);
+    assert_eq!(precision, "f64");
+    assert_eq!(image(&["--precision", "f64"]).0, plain);
+    let (precise, precision) = image(&["--precision", "dd"]);
+    assert_eq!(precision, "dd");
+    assert_ne!(precise, plain);
+    let row = |image: &[u8]| image[image.len() - 12 * 24 * 3..][..24 * 3].to_owned();
+    assert_eq!(row(&precise), [0; 24 * 3]);
+    assert_ne!(row(&plain), [0; 24 * 3]);
+}
+
 #[test]
 fn size_region_and_threads() {
     let sandbox = Sandbox::new();

@@ -15,6 +15,8 @@ use proptest::test_runner::RngSeed;
 use renderer::camera::{Region, View};
 use renderer::image::Image;
 use renderer::light::{Attenuation, Light};
+use renderer::numeric::dd::Dd;
+use renderer::numeric::real::Real;
 use renderer::object::{Object, ShapeKind, TransformOp};
 use renderer::scene::Scene;
 use renderer::shade::{Illumination, RayCounts};
@@ -183,7 +185,15 @@ fn illumination(lights: Vec<Light>) -> Illumination {
 }
 
 fn render(object: &Object<u32>, view: &View, lights: Vec<Light>) -> (Image<[f32; 3]>, RayCounts) {
-    let scene = Scene::<f64>::new(object, |id| SurfaceId(*id));
+    render_in::<f64>(object, view, lights)
+}
+
+fn render_in<R: Real>(
+    object: &Object<u32>,
+    view: &View,
+    lights: Vec<Light>,
+) -> (Image<[f32; 3]>, RayCounts) {
+    let scene = Scene::<R>::new(object, |id| SurfaceId(*id));
     match renderer::render(&scene, &illumination(lights), view, || Numbers, &|_| {}) {
         Ok(result) => result,
         Err(failure) => match failure.error {},
@@ -194,6 +204,10 @@ const SIZE: u32 = 16;
 
 fn image(object: &Object<u32>) -> Image<[f32; 3]> {
     render(object, &View::whole(SIZE, SIZE, 70.0), Vec::new()).0
+}
+
+fn precise_image(object: &Object<u32>) -> Image<[f32; 3]> {
+    render_in::<Dd>(object, &View::whole(SIZE, SIZE, 70.0), Vec::new()).0
 }
 
 /// The solid seen from the eye: moved in front of it, askew to the grid of pixels.
@@ -350,6 +364,17 @@ proptest! {
         prop_assert!(nothing.pixels.iter().all(|pixel| pixel[0] == 0.0));
         prop_assert_eq!(&image(&object.intersect(&object)).pixels, &alone.pixels);
         prop_assert_eq!(&image(&object.union(&object)).pixels, &alone.pixels);
+    }
+
+    /// Double-doubles find the same shapes, and know solids that are equal.
+    #[test]
+    fn precision_does_not_matter(solid in solid()) {
+        let object = in_view(solid).object();
+        let plain = image(&object);
+        prop_assert_eq!(&precise_image(&object).pixels, &plain.pixels);
+        prop_assert_eq!(&precise_image(&object.union(&object)).pixels, &plain.pixels);
+        let nothing = precise_image(&object.difference(&object));
+        prop_assert!(nothing.pixels.iter().all(|pixel| pixel[0] == 0.0));
     }
 
     /// The order of a union matters to nobody where surfaces do not coincide.

@@ -217,8 +217,13 @@ fn every_scene_is_in_the_gallery() {
 
 #[test]
 fn links_lead_somewhere() {
-    for name in ["README.md", "docs/ARCHITECTURE.md", "docs/stability.md", "docs/gallery/README.md"]
-    {
+    for name in [
+        "README.md",
+        "docs/ARCHITECTURE.md",
+        "docs/accuracy.md",
+        "docs/stability.md",
+        "docs/gallery/README.md",
+    ] {
         let text = read(name);
         let folder = Path::new(name).parent().expect("a file has a folder");
         for part in text.split("](").skip(1) {

@@ -76,11 +76,11 @@ struct Node<S> {
 /// What an object is; what it is made of are its [`children`](Object::children).
 #[derive(Debug)]
 pub enum NodeKind<S> {
-    /// A solid in its own space, and its surface function.
+    /// A shape in its own space, and its surface function.
     Shape(ShapeKind, S),
-    /// One object, transformed.
+    /// Its one operand, transformed.
     Transformed(TransformOp),
-    /// Two objects, combined.
+    /// Its two operands, united, intersected, or the second taken from the first.
     Combined(SetOp),
 }
 
@@ -225,7 +225,7 @@ impl<S> Object<S> {
         if let NodeKind::Shape(_, surface) = &self.0.kind { Some(surface) } else { None }
     }
 
-    /// What it is.
+    /// What it is, but for the objects that it is made of.
     #[must_use]
     pub fn kind(&self) -> &NodeKind<S> {
         &self.0.kind

@@ -99,7 +99,8 @@ pub(crate) struct Line {
     tolerance: f64,
 }
 
-/// What the three roundings of a slab's ends may take off an interval, with room (Ize, "Robust BVH
+/// What the three roundings of a slab's ends, four where the direction has more digits than a double,
+/// may take off an interval, with room (Ize, "Robust BVH
 /// Ray Traversal", 2013).
 const WIDER: f64 = 1.0 + 8.0 * f64::EPSILON;
 

@@ -18,7 +18,7 @@ use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::{NodeKind, Object, SetOp, ShapeKind};
 use crate::placement::Placement;
-use crate::ray::Conditioning;
+use crate::ray::{Conditioning, Ray};
 use crate::shape;
 use crate::surface::SurfaceId;
 
@@ -180,6 +180,12 @@ impl<R: Real> Leaf<R> {
     fn bounds(&self) -> Bounds {
         let bounds = bounds::of_shape(self.kind, &self.world_from_object, &self.object_from_world);
         bounds.padded(|size| self.conditioning().error(size))
+    }
+
+    /// The size of the terms that a ray's origin is computed from in object space.
+    #[inline]
+    pub(crate) fn origin_size(&self, ray: &Ray<R>) -> f64 {
+        self.linear_size * ray.origin.max_norm().to_f64() + self.shift_size
     }
 
     fn conditioning(&self) -> Conditioning {

@@ -16,7 +16,7 @@ use crate::light::{Arriving, Attenuation, Lamp, Light};
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::ShapeKind;
-use crate::ray::{Crossing, Medium, On, Ray};
+use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
 use crate::scene::Scene;
 use crate::shape;
 use crate::surface::{Locate, Needs, SurfaceEval, SurfacePoint, SurfaceSample};
@@ -93,14 +93,17 @@ struct Place<R> {
     kind: ShapeKind,
     face: u8,
     point: Vec3<R>,
+    /// Of the terms that it was computed from.
+    size: f64,
 }
 
 impl<R: Real> Locate for Place<R> {
     #[inline]
     fn locate(&self, needs: Needs) -> SurfacePoint {
-        let Place { kind, face, point } = *self;
+        let Place { kind, face, point, size } = *self;
         let u = if needs.u { shape::texture_u(kind, face, point) } else { 0.0 };
         let v = if needs.v { shape::texture_v(kind, face, point) } else { 0.0 };
+        let [u, v] = [u, v].map(|coordinate| shape::settled(coordinate, size));
         SurfacePoint { face, u, v }
     }
 }
@@ -168,14 +171,16 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let leaf = &self.scene.leaves[crossing.leaf as usize];
         let face = crossing.root.face;
         let local = self.scene.local_ray(crossing.leaf, ray);
-        let point = shape::hit_point(leaf.kind, &local, crossing.root);
+        let computed = shape::hit_point(leaf.kind, &local, crossing.root);
+        let size = leaf.origin_size(ray) + computed.max_norm().to_f64();
+        let point = computed.map(|coordinate| shape::settled(coordinate, size));
         let outward =
             leaf.object_from_world.transposed_vector(shape::normal(leaf.kind, face, point));
         let normal = outward.normalized().map(|n| if n.dot(dir) > R::ZERO { -n } else { n });
         let on = On { leaf: crossing.leaf, surface: self.scene.face_surface(leaf, face), point };
         let medium = if crossing.entering { Medium::Outside } else { Medium::Inside };
         let hit = Hit { on, point: leaf.world_from_object.point(point), normal, medium };
-        (hit, Place { kind: leaf.kind, face, point })
+        (hit, Place { kind: leaf.kind, face, point, size })
     }
 
     /// The light of ambient light and lamps: diffuse, still without the surface's colour, and
@@ -196,8 +201,9 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
                 continue;
             };
             let cos = normal.dot(light.toward);
-            // A light behind the surface does not reach the viewer's side; NaN reaches nothing.
-            let faces_light = cos > R::ZERO;
+            // A light behind the surface does not reach the viewer's side, nor does one in its plane,
+            // as far as rounding can tell; NaN reaches nothing.
+            let faces_light = cos.to_f64() > TIE_ROUNDINGS * R::UNIT_ROUNDOFF;
             if !faces_light || self.is_in_shadow(hit, &light) {
                 continue;
             }

@@ -78,8 +78,7 @@ impl<R: Real> Scene<R> {
         let local = self.local_ray(index, ray);
         let span = shape::span(leaf.kind, &local)?;
         // What rounding may have moved the origin by, in lengths of the direction.
-        let origin_size = leaf.linear_size * ray.origin.max_norm().to_f64() + leaf.shift_size;
-        let reach = origin_size / local.dir.max_norm().to_f64();
+        let reach = leaf.origin_size(ray) / local.dir.max_norm().to_f64();
         let crossing = |end: shape::End<R>, entering| {
             let t = end.t.to_f64().abs();
             // An infinite end is no crossing, and ties with nothing.
@@ -226,7 +225,7 @@ impl<R: Real> Scene<R> {
                 });
                 ControlFlow::<Infallible>::Continue(())
             });
-        crossings.sort_by(|(i, a), (j, b)| a.t.to_f64().total_cmp(&b.t.to_f64()).then(i.cmp(j)));
+        crossings.sort_by(|(i, a), (j, b)| a.t.total_cmp(&b.t).then(i.cmp(j)));
         let groups = crossings.chunk_by(|(_, a), (_, b)| a.ties_with(b));
         for group in groups {
             let was_inside = n_around > 0;

@@ -116,7 +116,7 @@ impl<R: Real> Scene<R> {
         for &leaf in &leaves {
             self.collect(leaf, ray, workspace, &mut crossings);
         }
-        crossings.sort_by(|a, b| a.t.to_f64().total_cmp(&b.t.to_f64()).then(a.leaf.cmp(&b.leaf)));
+        crossings.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.leaf.cmp(&b.leaf)));
         let starts_inside = workspace.is_inside(root);
         for tie in crossings.chunk_by(Crossing::ties_with) {
             workspace.tie += 1;

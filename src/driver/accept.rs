@@ -10,7 +10,7 @@ use vm::machine::Machine;
 use vm::program::LoadedProgram;
 use vm::value::Value;
 
-use crate::args::{Inputs, LimitArgs};
+use crate::args::{Inputs, LimitArgs, Precision};
 use crate::failure::Failure;
 use crate::load::Source;
 use crate::output;
@@ -31,7 +31,7 @@ pub(super) type Visit<'v> = &'v mut dyn FnMut(&RenderJob<'_>) -> io::Result<()>;
 impl Host for Accepts<'_> {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         self.n_images += 1;
-        self.limits.check(&job, self.n_images, job.width, job.height)?;
+        self.limits.check(&job, self.n_images, job.width, job.height, Precision::F64)?;
         output::stem(&job.name).map(drop).map_err(|reason| {
             run::unwritable(output::Problem::Refused(reason), &job, &job.name, Path::new("."))
         })?;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::args::StabilityArgs;
+use crate::args::{Precision, StabilityArgs};
 use crate::console;
 use crate::driver::run;
 use crate::failure::Failure;
@@ -10,7 +10,10 @@ use crate::report::Reporter;
 use crate::stability::{self, Method, Row};
 
 pub(super) fn stability(args: &StabilityArgs, reporter: &Reporter) -> Result<u8, Failure> {
-    let methods: Vec<_> = args.engines.iter().map(|&engine| Method { engine }).collect();
+    let of_precision = |&precision: &Precision| {
+        args.engines.iter().map(move |&engine| Method { engine, precision })
+    };
+    let methods: Vec<_> = args.precisions.iter().flat_map(of_precision).collect();
     let threads = run::threads(args.threads.map_or(0, usize::from))?;
     let show = |line: &str| console::data(|out| writeln!(out, "{line}"));
     if !args.json {
@@ -39,13 +42,13 @@ fn verdict(rows: &[Row], reporter: &Reporter) -> u8 {
 }
 
 fn heading(methods: &[Method]) -> String {
-    let methods: String = methods.iter().map(|method| format!(" {:>7}", method.name())).collect();
+    let methods: String = methods.iter().map(|method| format!(" {:>9}", method.name())).collect();
     format!("{:<22} {:>7} {:>7}{methods} {:>6}  what fails", "case", "pixels", "naive", "bound")
 }
 
 fn line(row: &Row) -> String {
     let Row { case, n_pixels, naive, ours } = row;
-    let ours: String = ours.iter().map(|error| format!(" {error:>7}")).collect();
+    let ours: String = ours.iter().map(|error| format!(" {error:>9}")).collect();
     format!(
         "{:<22} {n_pixels:>7} {naive:>7}{ours} {:>6}  {}",
         case.name,
@@ -82,7 +85,7 @@ struct Case {
 
 #[derive(Serialize)]
 struct Ours {
-    method: &'static str,
+    method: String,
     error: u64,
 }
 
@@ -130,7 +133,8 @@ mod tests {
         assert_eq!(verdict(&[row([0, 0]), row([0, 0])], &reporter), 0);
         assert_eq!(verdict(&[row([0, 0]), row([0, CASES[0].bound + 1])], &reporter), 1);
         assert!(summary(&[row([0, 0]), row([1, 0])]).starts_with("1 of 2"));
-        let methods = [Engine::Interp, Engine::Jit].map(|engine| Method { engine });
+        let methods =
+            [Engine::Interp, Engine::Jit].map(|engine| Method { engine, precision: Precision::Dd });
         assert_eq!(
             heading(&methods).find("bound"),
             line(&row([0, 0])).find(" 0  b").map(|at| at - 3)

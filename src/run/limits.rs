@@ -1,11 +1,12 @@
 //! How large images and scenes may be.
 
 use compiler::diagnostic::{Code, Diagnostic};
+use renderer::numeric::dd::Dd;
 use renderer::scene::Scene;
 use vm::host::RenderJob;
 use vm::machine::Limits;
 
-use crate::args::LimitArgs;
+use crate::args::{LimitArgs, Precision};
 use compiler::diagnostic::grouped;
 
 impl LimitArgs {
@@ -25,9 +26,13 @@ impl LimitArgs {
         number: u64,
         width: u32,
         height: u32,
+        precision: Precision,
     ) -> Result<(), Box<Diagnostic>> {
         let n_pixels = u64::from(width) * u64::from(height);
-        let bytes_per_shape = Scene::<f64>::BYTES_PER_SHAPE;
+        let bytes_per_shape = match precision {
+            Precision::F64 => Scene::<f64>::BYTES_PER_SHAPE,
+            Precision::Dd => Scene::<Dd>::BYTES_PER_SHAPE,
+        };
         let (message, option) = if number > self.max_images {
             (
                 format!("the limit of {} images is reached", grouped(self.max_images)),

@@ -16,6 +16,7 @@ pub(crate) struct Stats {
     pub(crate) version: &'static str,
     pub(crate) scene: String,
     pub(crate) engine: &'static str,
+    pub(crate) precision: &'static str,
     pub(crate) threads: usize,
     /// Seconds from reading the scene to the end of its last image.
     pub(crate) total: f64,

@@ -14,7 +14,7 @@ use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
 
-use crate::args::Engine;
+use crate::args::{Engine, Precision};
 use crate::failure::Failure;
 use crate::formats::{Picture, Pixels};
 use crate::report::Reporter;
@@ -38,12 +38,17 @@ const LIMITS: Limits = Limits { fuel: 100_000_000, max_depth: 1000, max_memory: 
 pub(crate) struct Method {
     /// What evaluates surface functions.
     pub(crate) engine: Engine,
+    /// The numbers that rays are traced in.
+    pub(crate) precision: Precision,
 }
 
 impl Method {
     /// The heading of its column.
-    pub(crate) fn name(self) -> &'static str {
-        self.engine.name()
+    pub(crate) fn name(self) -> String {
+        match self.precision {
+            Precision::F64 => self.engine.name().to_owned(),
+            Precision::Dd => format!("{} dd", self.engine.name()),
+        }
     }
 }
 
@@ -136,6 +141,7 @@ fn render(job: &RenderJob<'_>, method: Method, threads: &ThreadPool) -> Image {
     let settings = Settings {
         threads,
         engine: method.engine,
+        precision: method.precision,
         is_linear: false,
         limits: LIMITS,
         perf_map: None,

@@ -1,7 +1,8 @@
 //! Number types of the tracer and what is built from them.
 //!
 //! The tracer's formulas are written once, over [`Real`](real::Real). Plain `f64` is the instance that
-//! renders; [`Dd`](dd::Dd) carries about 32 digits and is used where a scene is set up.
+//! renders; [`Dd`](dd::Dd) carries about 32 digits, is used where a scene is set up, and renders when
+//! asked to.
 
 pub mod affine;
 pub mod dd;

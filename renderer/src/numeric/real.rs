@@ -1,6 +1,6 @@
 //! The scalar type that the tracer's formulas are written over.
 
-use std::cmp::PartialOrd;
+use std::cmp::Ordering;
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -22,7 +22,7 @@ pub trait Real:
     + Neg<Output = Self>
     + 'static
 {
-    /// Half the distance from 1 to the next number: the relative error of one rounding.
+    /// The relative error of one rounding: for doubles, half the distance from 1 to the next.
     const UNIT_ROUNDOFF: f64;
     /// 0.
     const ZERO: Self;
@@ -46,18 +46,18 @@ pub trait Real:
     #[must_use]
     fn sqrt_or_zero(self) -> Self;
 
-    /// `self * factor + term` with one rounding.
+    /// `self * factor + term` with one rounding; of double-double, while 2^-44 of the terms is left.
     #[must_use]
     fn mul_add(self, factor: Self, term: Self) -> Self;
 
-    /// `a*b - c*d` with a relative error of at most 1.5 units in the last place, however much of it
-    /// cancels (Kahan; see Jeannerod, Louvet and Muller, "Further analysis of Kahan's algorithm for
-    /// the accurate computation of 2x2 determinants", 2013).
+    /// `a*b - c*d` with a relative error of at most 3 roundings, however much of it cancels; of
+    /// double-double, while 2^-44 of the terms is left (Kahan; see Jeannerod, Louvet and Muller,
+    /// "Further analysis of Kahan's algorithm for the accurate computation of 2x2 determinants", 2013).
     #[must_use]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self;
 
     /// `s1 x² + s2 y² + s3 z² - k` for signs s, however much of it cancels: the relative error is a
-    /// few units in the last place unless the exact value is below 2^-80 of its terms.
+    /// few units in the last place unless the exact value is below 2^-44 of its terms.
     #[must_use]
     fn signed_squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Self;
 
@@ -82,8 +82,27 @@ pub trait Real:
         if other > self || self.is_nan() { other } else { self }
     }
 
+    /// The order of numbers, with a place for NaN.
+    fn total_cmp(&self, other: &Self) -> Ordering;
+
     /// Whether it is no number at all.
     fn is_nan(self) -> bool;
+}
+
+/// The angle of the point (x, z) from that of `(small, large)`, at most an eighth of a turn, of
+/// which the rest is symmetry: so multiples of an eighth come out exact.
+#[inline]
+pub(crate) fn around<R: Real>(x: R, z: R, angle: impl FnOnce(R, R) -> R) -> R {
+    let (ax, az) = (x.abs(), z.abs());
+    if ax == R::ZERO && az == R::ZERO {
+        return R::ZERO;
+    }
+    let from_f64 = R::from_f64;
+    let octant = if ax <= az { angle(ax, az) } else { from_f64(0.25) - angle(az, ax) };
+    let half = if z < R::ZERO { from_f64(0.5) - octant } else { octant };
+    let turn = if x < R::ZERO { R::ONE - half } else { half };
+    // Just left of the seam the nearest number is 1, which is the seam itself.
+    if turn < R::ONE { turn } else { R::ZERO }
 }
 
 impl Real for f64 {
@@ -152,21 +171,12 @@ impl Real for f64 {
 
     fn turns(x: f64, z: f64) -> f64 {
         const RADIANS_PER_TURN: f64 = std::f64::consts::TAU;
-        let (ax, az) = (x.abs(), z.abs());
-        if ax == 0.0 && az == 0.0 {
-            return 0.0;
-        }
-        // The arc tangent of at most 1 is at most an eighth of a turn; the rest is symmetry, so
-        // that multiples of an eighth come out exact.
-        let octant = if ax <= az {
-            libm::atan(ax / az) / RADIANS_PER_TURN
-        } else {
-            0.25 - libm::atan(az / ax) / RADIANS_PER_TURN
-        };
-        let half = if z < 0.0 { 0.5 - octant } else { octant };
-        let turn = if x < 0.0 { 1.0 - half } else { half };
-        // Just left of the seam the nearest double is 1, which is the seam itself.
-        if turn < 1.0 { turn } else { 0.0 }
+        around(x, z, |small, large| libm::atan(small / large) / RADIANS_PER_TURN)
+    }
+
+    #[inline(always)]
+    fn total_cmp(&self, other: &f64) -> Ordering {
+        self.total_cmp(other)
     }
 
     #[inline(always)]

@@ -123,6 +123,16 @@ pub(crate) fn hit_point<R: Real>(kind: ShapeKind, ray: &LocalRay<R>, root: Root)
     }
 }
 
+/// A coordinate, but 0 where it is nothing beside the terms of this size that it was computed from.
+///
+/// Which cell of a texture a point is in, and which way the apex of a cone faces, may hang on whether a
+/// coordinate is 0 exactly. That rounding cannot tell, so that it is laid down: below 2^-80 it is.
+#[inline]
+pub(crate) fn settled<R: Real>(coordinate: R, size: f64) -> R {
+    const NOTHING: f64 = 1.0 / (1u64 << 40) as f64 / (1u64 << 40) as f64;
+    if coordinate.to_f64().abs() < NOTHING * size { R::ZERO } else { coordinate }
+}
+
 /// The outward normal at a point of a face, of any length; zero at the apex of a cone.
 pub(crate) fn normal<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> Vec3<R> {
     match forms(kind)[face as usize] {
@@ -143,7 +153,9 @@ pub(crate) fn texture_u<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> f64 {
     match (kind, face) {
         (ShapeKind::Plane, _) => p.x.to_f64(),
         (ShapeKind::Sphere, _) | (ShapeKind::Cylinder | ShapeKind::Cone, 0) => {
-            within(R::turns(p.x, p.z))
+            // More digits than a double has can be nearer to a whole turn than a double can.
+            let turns = R::turns(p.x, p.z).to_f64();
+            if turns < 1.0 { turns } else { 0.0 }
         }
         (ShapeKind::Cylinder | ShapeKind::Cone, _) => within(half(p.x)),
         (ShapeKind::Cube, 2 | 3) => within(p.z),

@@ -1,6 +1,7 @@
 //! Properties of the five solids, on many rays.
 
 use super::*;
+use crate::numeric::dd::Dd;
 
 const KINDS: [ShapeKind; 5] =
     [ShapeKind::Sphere, ShapeKind::Cube, ShapeKind::Cylinder, ShapeKind::Cone, ShapeKind::Plane];
@@ -211,4 +212,17 @@ fn far_spheres_are_hit_where_geometry_says() {
             );
         }
     }
+}
+
+#[test]
+fn more_digits_than_a_double_has_do_not_step_over_the_seam() {
+    let just_left = Vec3::new(Dd::from(-1e-25), Dd::ZERO, Dd::ONE);
+    assert!(Dd::turns(just_left.x, just_left.z) < Dd::ONE);
+    assert_eq!(texture_u(ShapeKind::Sphere, 0, just_left), 0.0);
+}
+
+#[test]
+fn what_is_nothing_beside_its_terms_is_zero() {
+    assert_eq!((settled(1e-25, 1.0), settled(-1e-25, 1.0), settled(1e-23, 1.0)), (0.0, 0.0, 1e-23));
+    assert_eq!(settled(Dd::from(1e-20), 1e6), Dd::ZERO);
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 
-use crate::args::{BenchArgs, Dialect, Engine, RunArgs};
+use crate::args::{BenchArgs, Dialect, Engine, Precision, RunArgs};
 use crate::clean::clean;
 use crate::driver::bench::Pools;
 use crate::driver::bench::export::{Compared, Details, Entry, SceneDetails};
@@ -175,6 +175,8 @@ impl<'p> Variant<'p> {
             Dialect::Chicago => Some("chicago".to_owned()),
         };
         option("--dialect", dialect);
+        let is_plain = picture.precision == Precision::F64;
+        option("--precision", (!is_plain).then(|| picture.precision.name().to_owned()));
         inputs.defines.iter().for_each(|define| option("-D", Some(define.text.clone())));
         inputs.include_dirs.iter().for_each(|dir| option("-I", Some(dir.display().to_string())));
         words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")

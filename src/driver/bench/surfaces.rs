@@ -23,7 +23,7 @@ use vm::program::LoadedProgram;
 use vm::surfaces::{self, InterpSurfaces};
 use vm::value::Closure;
 
-use crate::args::{BenchArgs, LimitArgs};
+use crate::args::{BenchArgs, LimitArgs, Precision};
 use crate::clean::clean;
 use crate::driver::bench::export::{Compared, Details, Entry, SurfaceDetails};
 use crate::driver::bench::machine::{ProcessorTime, thread_time};
@@ -110,7 +110,7 @@ impl Collector {
 impl Host for Collector {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         self.n_images += 1;
-        self.limits.check(&job, self.n_images, job.width, job.height)?;
+        self.limits.check(&job, self.n_images, job.width, job.height, Precision::F64)?;
         let (scene, closures): (Scene, _) = surfaces::scene(&job.object);
         for (kind, surface) in scene.shapes() {
             let closure = &closures[surface.0 as usize];
