@@ -4,7 +4,6 @@ use std::path::Path;
 use std::sync::Arc;
 
 use compiler::diagnostic::Diagnostic;
-use compiler::preprocess::Includes;
 use compiler::source::SourceMap;
 use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint};
 use vm::host::{Host, RenderJob};
@@ -14,6 +13,10 @@ use vm::surfaces;
 use vm::value::{Closure, Value};
 
 use crate::twins::Answer;
+use beside::Beside;
+
+#[path = "../../tests/support/beside.rs"]
+mod beside;
 
 pub(crate) const LIMITS: Limits = Limits { fuel: u64::MAX, max_depth: 10_000, max_memory: 1 << 30 };
 
@@ -25,16 +28,6 @@ impl Host for Keeps {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         self.0.extend(surfaces::scene::<f64>(&job.object).1);
         Ok(())
-    }
-}
-
-/// Includes beside the including file.
-struct Beside;
-
-impl Includes for Beside {
-    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
-        let path = Path::new(from).with_file_name(name);
-        Some((path.display().to_string(), std::fs::read(&path).ok()?))
     }
 }
 

@@ -112,6 +112,7 @@ impl Line {
         // Along an axis that it is parallel to, the ray is inside or far outside.
         let inverse = dir.map(|d| (1.0 / d).clamp(-f64::MAX, f64::MAX));
         let of_longest = inverse.iter().fold(f64::INFINITY, |least, x| least.min(x.abs()));
+        // Twice the bound: `error` and this product are rounded themselves.
         Line {
             above: origin.map(|x| x + error),
             below: origin.map(|x| x - error),

@@ -11,7 +11,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use compiler::diagnostic::Diagnostic;
-use compiler::preprocess::Includes;
 use compiler::source::SourceMap;
 use rayon::prelude::*;
 use renderer::camera::View;
@@ -22,10 +21,13 @@ use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
 use vm::surfaces::{self, InterpSurfaces};
 
+use beside::Beside;
 use number::Map;
 use shade::{Reference, Scenery};
 use solid::Solid;
 
+#[path = "../support/beside.rs"]
+mod beside;
 mod number;
 mod shade;
 mod solid;
@@ -111,16 +113,6 @@ fn differences(width: u32, found: &[[u8; 3]], expected: &[[u8; 3]]) -> Vec<Strin
         format!("({}, {}) is {found:?}, not {expected:?}", index % width, index / width)
     };
     differ.map(told).collect()
-}
-
-/// Includes beside the including file.
-struct Beside;
-
-impl Includes for Beside {
-    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
-        let path = Path::new(from).with_file_name(name);
-        Some((path.display().to_string(), std::fs::read(&path).ok()?))
-    }
 }
 
 /// Compares the images of a scene; none if the program is wrong.

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use compiler::diagnostic::Diagnostic;
-use compiler::preprocess::Includes;
 use compiler::source::SourceMap;
 use jit::shaders::{Shaders, SurfaceReport, Tiering};
 use renderer::camera::View;
@@ -14,6 +13,11 @@ use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
 use vm::surfaces::{InterpSurfaces, scene};
+
+use beside::Beside;
+
+#[path = "beside.rs"]
+mod beside;
 
 pub(crate) const LIMITS: Limits =
     Limits { fuel: 1_000_000_000, max_depth: 100_000, max_memory: 1 << 30 };
@@ -58,16 +62,6 @@ impl Host for InMemory {
             result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
         self.images.push(Rendered { name: job.name.to_string(), image, counts });
         Ok(())
-    }
-}
-
-/// Includes beside the including file.
-struct Beside;
-
-impl Includes for Beside {
-    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
-        let path = Path::new(from).with_file_name(name);
-        Some((path.display().to_string(), std::fs::read(&path).ok()?))
     }
 }
 

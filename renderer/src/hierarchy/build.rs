@@ -3,14 +3,16 @@
 use crate::bounds::Bounds;
 use crate::hierarchy::{Box32, Child, Hierarchy, MAX_DEPTH, MAX_ITEMS, Node};
 
-/// Bins that centres are sorted into along an axis.
+/// Bins that centres are sorted into along an axis, as many as Wald found enough.
 const N_BINS: usize = 16;
 
-/// Sets larger than this are built by two threads.
+/// Sets larger than this are built by two threads: that takes about a millisecond, and handing half
+/// of it over a few microseconds.
 const PARALLEL: usize = 4096;
 
-/// What testing the boxes of a node costs, in tests of an item.
-const NODE_COST: f32 = 0.25;
+/// What testing the boxes of a node costs, in tests of an item, which bring the ray into its space.
+/// 7381 spheres take the same time with 0.5.
+const NODE_COST: f64 = 0.25;
 
 /// A box to be placed.
 #[derive(Clone, Copy)]
@@ -62,7 +64,7 @@ fn subtree(items: &mut [Item], first: u32, depth: usize) -> Subtree {
     let split = if depth < MAX_DEPTH / 2 { best_split(items, &bounds) } else { None };
     let is_large = items.len() > MAX_ITEMS;
     let middle = match split {
-        Some(split) if is_large || split.cost < items.len() as f32 => partition(items, split),
+        Some(split) if is_large || split.cost < items.len() as f64 => partition(items, split),
         _ if is_large => halve(items),
         _ => {
             let child = Child { first, n_items: items.len() as u32 };
@@ -122,7 +124,7 @@ struct Split {
     binning: Binning,
     end_bin: usize,
     /// Expected tests of items.
-    cost: f32,
+    cost: f64,
 }
 
 /// How centres are sorted into bins.
@@ -173,7 +175,7 @@ fn best_on_axis(items: &[Item], bounds: &Box32, binning: Binning) -> Option<Spli
     let mut before = [0.0; N_BINS];
     let mut so_far = (Box32::NOTHING, 0_u32);
     for (idx, bin) in bins.iter().enumerate() {
-        before[idx] = so_far.0.half_area() * so_far.1 as f32;
+        before[idx] = so_far.0.half_area() * f64::from(so_far.1);
         so_far = (so_far.0.or(&bin.0), so_far.1 + bin.1);
     }
     let mut best: Option<Split> = None;
@@ -181,7 +183,7 @@ fn best_on_axis(items: &[Item], bounds: &Box32, binning: Binning) -> Option<Spli
     for idx in (1..N_BINS).rev() {
         so_far = (so_far.0.or(&bins[idx].0), so_far.1 + bins[idx].1);
         let is_split = so_far.1 > 0 && so_far.1 < items.len() as u32;
-        let area = before[idx] + so_far.0.half_area() * so_far.1 as f32;
+        let area = before[idx] + so_far.0.half_area() * f64::from(so_far.1);
         let cost = NODE_COST + area / bounds.half_area();
         if is_split && best.as_ref().is_none_or(|best| cost < best.cost) {
             best = Some(Split { binning, end_bin: idx, cost });
@@ -212,10 +214,9 @@ impl Box32 {
         Box32 { lo: bounds.lo.map(down), hi: bounds.hi.map(|x| -down(-x)) }
     }
 
-    /// Finite, with finite centres and areas.
+    /// Whether its ends, and twice its centre, are numbers.
     fn is_finite(&self) -> bool {
-        const LARGE: f32 = 1e18;
-        self.lo.iter().chain(&self.hi).all(|end| end.abs() < LARGE)
+        self.lo.iter().chain(&self.hi).all(|end| end.abs() <= f32::MAX / 2.0)
     }
 
     fn or(&self, other: &Box32) -> Box32 {
@@ -225,8 +226,9 @@ impl Box32 {
         }
     }
 
-    fn half_area(&self) -> f32 {
-        let [x, y, z] = std::array::from_fn(|axis| (self.hi[axis] - self.lo[axis]).max(0.0));
+    fn half_area(&self) -> f64 {
+        let length = |axis| (f64::from(self.hi[axis]) - f64::from(self.lo[axis])).max(0.0);
+        let [x, y, z] = std::array::from_fn(length);
         x * y + y * z + z * x
     }
 }
