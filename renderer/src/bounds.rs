@@ -1,68 +1,61 @@
 //! Boxes around solids, in world space, and around the parts of a tree of set operations that matter.
 
-use crate::numeric::affine::Affine;
-use crate::numeric::real::Real;
-use crate::numeric::vec3::Vec3;
+use glam::{DAffine3, DVec3};
+
 use crate::object::{SetOp, ShapeKind};
 use crate::scene::{Kind, NONE, Node};
 
 /// A box with sides along the axes; it may be unbounded, and holds nothing if a lower end lies above
-/// its upper end.
+/// its upper end. No end is NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds {
-    pub(crate) lo: [f64; 3],
-    pub(crate) hi: [f64; 3],
+    pub(crate) lo: DVec3,
+    pub(crate) hi: DVec3,
 }
 
 impl Bounds {
-    pub(crate) const ALL: Bounds = Bounds { lo: [f64::NEG_INFINITY; 3], hi: [f64::INFINITY; 3] };
-    pub(crate) const NOTHING: Bounds =
-        Bounds { lo: [f64::INFINITY; 3], hi: [f64::NEG_INFINITY; 3] };
+    pub(crate) const ALL: Bounds = Bounds { lo: DVec3::NEG_INFINITY, hi: DVec3::INFINITY };
+    pub(crate) const NOTHING: Bounds = Bounds { lo: DVec3::INFINITY, hi: DVec3::NEG_INFINITY };
 
     pub(crate) fn is_empty(&self) -> bool {
-        (0..3).any(|axis| self.lo[axis] > self.hi[axis])
+        self.lo.cmpgt(self.hi).any()
     }
 
     /// Larger by what `pad` says for its largest coordinate, at bounded ends.
     pub(crate) fn padded(&self, pad: impl Fn(f64) -> f64) -> Bounds {
-        let ends = self.lo.iter().chain(&self.hi).filter(|end| end.is_finite());
-        let pad = pad(ends.fold(0.0, |size: f64, end| size.max(end.abs())));
+        let ends = [self.lo.to_array(), self.hi.to_array()];
+        let bounded = ends.as_flattened().iter().filter(|end| end.is_finite());
+        let pad = pad(bounded.fold(0.0, |size: f64, end| size.max(end.abs())));
         if !pad.is_finite() {
             return Bounds::ALL;
         }
-        Bounds { lo: self.lo.map(|end| end - pad), hi: self.hi.map(|end| end + pad) }
+        Bounds { lo: self.lo - pad, hi: self.hi + pad }
     }
 
     /// The smallest box around both.
     pub(crate) fn or(&self, other: &Bounds) -> Bounds {
-        Bounds {
-            lo: std::array::from_fn(|axis| self.lo[axis].min(other.lo[axis])),
-            hi: std::array::from_fn(|axis| self.hi[axis].max(other.hi[axis])),
-        }
+        Bounds { lo: self.lo.min(other.lo), hi: self.hi.max(other.hi) }
     }
 
     /// What lies in both.
     pub(crate) fn and(&self, other: &Bounds) -> Bounds {
-        Bounds {
-            lo: std::array::from_fn(|axis| self.lo[axis].max(other.lo[axis])),
-            hi: std::array::from_fn(|axis| self.hi[axis].min(other.hi[axis])),
-        }
+        Bounds { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) }
     }
 }
 
 /// The box around a shape, tight however it is turned, but for a few roundings.
-pub(crate) fn of_shape<R: Real>(
+pub(crate) fn of_shape(
     kind: ShapeKind,
-    world_from_object: &Affine<R>,
-    object_from_world: &Affine<R>,
+    world_from_object: &DAffine3,
+    object_from_world: &DAffine3,
 ) -> Bounds {
     if kind == ShapeKind::Plane {
         return of_half_space(object_from_world);
     }
     let mut bounds = Bounds::ALL;
-    let shift = coordinates(world_from_object.shift);
-    for (axis, (row, shift)) in world_from_object.rows.iter().zip(shift).enumerate() {
-        let (below, above) = extent(kind, coordinates(*row));
+    for axis in 0..3 {
+        let (below, above) = extent(kind, world_from_object.matrix3.row(axis));
+        let shift = world_from_object.translation[axis];
         let (lo, hi) = (shift + below, shift + above);
         // Whatever is not a number bounds nothing.
         if lo <= hi {
@@ -72,12 +65,8 @@ pub(crate) fn of_shape<R: Real>(
     bounds
 }
 
-fn coordinates<R: Real>(v: Vec3<R>) -> [f64; 3] {
-    [v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]
-}
-
 /// How far a shape reaches along the linear form with these coefficients.
-fn extent(kind: ShapeKind, [x, y, z]: [f64; 3]) -> (f64, f64) {
+fn extent(kind: ShapeKind, DVec3 { x, y, z }: DVec3) -> (f64, f64) {
     let around = (x * x + z * z).sqrt();
     match kind {
         ShapeKind::Sphere => {
@@ -95,10 +84,10 @@ fn extent(kind: ShapeKind, [x, y, z]: [f64; 3]) -> (f64, f64) {
 }
 
 /// Half-spaces have a bound if they face along an axis.
-fn of_half_space<R: Real>(object_from_world: &Affine<R>) -> Bounds {
+fn of_half_space(object_from_world: &DAffine3) -> Bounds {
     let mut bounds = Bounds::ALL;
-    let row = coordinates(object_from_world.rows[1]);
-    let shift = object_from_world.shift.y.to_f64();
+    let row = object_from_world.matrix3.row(1);
+    let shift = object_from_world.translation.y;
     for axis in 0..3 {
         if (0..3).all(|other| (row[other] == 0.0) == (other != axis)) {
             // row x + shift <= 0

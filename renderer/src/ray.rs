@@ -1,5 +1,7 @@
 //! Rays in world space, what they meet, and how far rounding may put that off.
 
+use glam::DVec3;
+
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::shape::Root;
@@ -91,31 +93,29 @@ impl Conditioning {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     /// The origin, moved up and down by what rounding may have moved it.
-    above: [f64; 3],
-    below: [f64; 3],
+    above: DVec3,
+    below: DVec3,
     /// 1 over the direction.
-    inverse: [f64; 3],
+    inverse: DVec3,
     /// What the tolerance of any crossing has besides roundings of `t`, at most.
     tolerance: f64,
 }
 
 /// What the three roundings of a slab's ends, four where the direction has more digits than a double,
-/// may take off an interval, with room (Ize, "Robust BVH
-/// Ray Traversal", 2013).
+/// may take off an interval, with room (Ize, "Robust BVH Ray Traversal", 2013).
 const WIDER: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 impl Line {
     pub(crate) fn new<R: Real>(ray: &Ray<R>, conditioning: Conditioning) -> Self {
-        let origin = coordinates(ray.origin);
-        let dir = coordinates(ray.dir);
+        let origin = ray.origin.to_dvec3();
         let error = conditioning.error(ray.origin.max_norm().to_f64());
         // Along an axis that it is parallel to, the ray is inside or far outside.
-        let inverse = dir.map(|d| (1.0 / d).clamp(-f64::MAX, f64::MAX));
-        let of_longest = inverse.iter().fold(f64::INFINITY, |least, x| least.min(x.abs()));
+        let inverse = ray.dir.to_dvec3().recip().map(|x| x.clamp(-f64::MAX, f64::MAX));
+        let of_longest = inverse.abs().min_element();
         // Twice the bound: `error` and this product are rounded themselves.
         Line {
-            above: origin.map(|x| x + error),
-            below: origin.map(|x| x - error),
+            above: origin + error,
+            below: origin - error,
             inverse,
             tolerance: 2.0 * error * of_longest,
         }
@@ -149,8 +149,4 @@ pub(crate) struct Reach<'r, R> {
     pub(crate) ray: &'r Ray<R>,
     pub(crate) line: Line,
     pub(crate) t_end: f64,
-}
-
-fn coordinates<R: Real>(v: Vec3<R>) -> [f64; 3] {
-    [v.x.to_f64(), v.y.to_f64(), v.z.to_f64()]
 }

@@ -178,7 +178,8 @@ impl<R: Real> Scene<R> {
 impl<R: Real> Leaf<R> {
     /// A box around it, with room for rounding.
     fn bounds(&self) -> Bounds {
-        let bounds = bounds::of_shape(self.kind, &self.world_from_object, &self.object_from_world);
+        let maps = [&self.world_from_object, &self.object_from_world].map(Affine::to_daffine3);
+        let bounds = bounds::of_shape(self.kind, &maps[0], &maps[1]);
         bounds.padded(|size| self.conditioning().error(size))
     }
 

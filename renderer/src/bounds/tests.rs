@@ -1,6 +1,7 @@
 //! Boxes hold their shapes, tightly, and what they leave out of a tree makes no difference.
 
 use super::*;
+use crate::numeric::affine::Affine;
 use crate::numeric::vec3::Vec3;
 use crate::object::TransformOp;
 use crate::placement::Placement;
@@ -54,12 +55,12 @@ proptest! {
     fn boxes_are_tight(ops in prop::collection::vec(transform(), 0..6)) {
         let placement = ops.iter().fold(Placement::identity(), |placement, op| placement.of_transformed(*op));
         let world_from_object: Affine<f64> = placement.world_from_object.rounded();
-        let object_from_world = placement.object_from_world.rounded();
+        let object_from_world: Affine<f64> = placement.object_from_world.rounded();
         for kind in KINDS {
-            let bounds = of_shape(kind, &world_from_object, &object_from_world);
+            let bounds = of_shape(kind, &world_from_object.to_daffine3(), &object_from_world.to_daffine3());
             let mut around = Bounds::NOTHING;
             for point in points(kind) {
-                let point = coordinates(world_from_object.point(point));
+                let point = world_from_object.point(point).to_dvec3();
                 around = around.or(&Bounds { lo: point, hi: point });
             }
             for axis in 0..3 {
@@ -136,7 +137,7 @@ fn tree(shape: &[(prop::sample::Index, u8)], ends: &[u8]) -> (Vec<Node>, Vec<Bou
                     (a.min(b), a.max(b) + 1.0)
                 };
                 let [x, y, z] = [pair(), pair(), pair()];
-                boxes.push(Bounds { lo: [x.0, y.0, z.0], hi: [x.1, y.1, z.1] });
+                boxes.push(Bounds { lo: DVec3::new(x.0, y.0, z.0), hi: DVec3::new(x.1, y.1, z.1) });
                 Kind::Leaf(boxes.len() as u32 - 1)
             },
             Kind::Combined,

@@ -211,7 +211,8 @@ impl Box32 {
             let single = x as f32;
             if f64::from(single) > x { single.next_down() } else { single }
         };
-        Box32 { lo: bounds.lo.map(down), hi: bounds.hi.map(|x| -down(-x)) }
+        let [lo, hi] = [bounds.lo.to_array(), bounds.hi.to_array()];
+        Box32 { lo: lo.map(down), hi: hi.map(|x| -down(-x)) }
     }
 
     /// Whether its ends, and twice its centre, are numbers.

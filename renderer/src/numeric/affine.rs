@@ -1,5 +1,7 @@
 //! Affine maps over any [`Real`].
 
+use glam::{DAffine3, DMat3};
+
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 
@@ -28,6 +30,14 @@ impl<R: Real> Affine<R> {
     pub fn vector(&self, v: Vec3<R>) -> Vec3<R> {
         let [x, y, z] = self.rows;
         Vec3::new(x.dot(v), y.dot(v), z.dot(v))
+    }
+
+    /// The nearest map with entries that are doubles.
+    #[must_use]
+    pub fn to_daffine3(&self) -> DAffine3 {
+        let [x, y, z] = self.rows.map(Vec3::to_dvec3);
+        let matrix3 = DMat3::from_cols(x, y, z).transpose();
+        DAffine3 { matrix3, translation: self.shift.to_dvec3() }
     }
 
     /// The transposed matrix times a vector: of the map from world to object space, this takes

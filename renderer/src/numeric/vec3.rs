@@ -41,6 +41,13 @@ impl<R: Real> Vec3<R> {
         Vec3 { x: R::from_f64(x), y: R::from_f64(y), z: R::from_f64(z) }
     }
 
+    /// The nearest vector of doubles.
+    #[inline(always)]
+    #[must_use]
+    pub fn to_dvec3(self) -> DVec3 {
+        DVec3::new(self.x.to_f64(), self.y.to_f64(), self.z.to_f64())
+    }
+
     /// The inner product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
