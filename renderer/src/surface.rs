@@ -60,6 +60,54 @@ pub struct SurfaceSample {
     pub phong_exp: f64,
 }
 
+/// A real number that is known up to a bound: it differs from `value` by at most `error`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounded {
+    /// A number near it.
+    pub value: f64,
+    /// How far off that may be: at least 0, infinite where nothing is known.
+    pub error: f64,
+}
+
+impl Bounded {
+    /// The number itself.
+    #[must_use]
+    pub fn exact(value: f64) -> Self {
+        Bounded { value, error: 0.0 }
+    }
+}
+
+/// Where on a solid a surface function is asked, as far as that is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundedPoint {
+    /// The face, as GML numbers them.
+    pub face: u8,
+    /// First texture coordinate.
+    pub u: Bounded,
+    /// Second texture coordinate.
+    pub v: Bounded,
+}
+
+/// A place on a solid whose texture coordinates are known up to bounds.
+pub trait LocateBounded {
+    /// Encloses what [`Locate::locate`] would say in exact arithmetic, rounded to doubles; what is
+    /// not needed may be anything.
+    fn locate_bounded(&self, needs: Needs) -> BoundedPoint;
+}
+
+/// What a surface function answers somewhere within the bounds of a point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BoundedSample {
+    /// Surface colour C, linear RGB.
+    pub color: [Bounded; 3],
+    /// Diffuse coefficient.
+    pub kd: Bounded,
+    /// Specular coefficient.
+    pub ks: Bounded,
+    /// Phong exponent n.
+    pub phong_exp: Bounded,
+}
+
 /// Evaluates surface functions for one thread.
 pub trait SurfaceEval {
     /// Why a function has no answer.
@@ -70,4 +118,16 @@ pub trait SurfaceEval {
     /// # Errors
     /// What the function does wrong; it ends the image.
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Self::Error>;
+
+    /// Bounds of what the function answers at all points that doubles can name within those of `at`;
+    /// none where it would have to decide something that the bounds leave open, may fail, or cannot
+    /// be evaluated in this way.
+    fn eval_bounded(
+        &mut self,
+        surface: SurfaceId,
+        at: &impl LocateBounded,
+    ) -> Option<BoundedSample> {
+        let _ = (surface, at);
+        None
+    }
 }
