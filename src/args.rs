@@ -157,7 +157,22 @@ pub(crate) struct PictureArgs {
     pub(crate) region: Option<Region>,
     /// The numbers that rays are traced with; surface functions compute in doubles with either
     #[arg(long, value_name = "NUMBERS", default_value = "f64")]
-    pub(crate) precision: Precision,
+    precision: Precision,
+    /// Find out for each pixel whether it is certain: short for `--precision certified`
+    ///
+    /// Each number comes with a bound of its error. A pixel that hangs on more than doubles can tell is
+    /// traced again with twice their digits. What those leave open is an exact tie, or very near to
+    /// one, which is decided by the language's rules. How many pixels there were of each kind is
+    /// said, and is in the statistics.
+    #[arg(long, conflicts_with = "precision")]
+    certify: bool,
+}
+
+impl PictureArgs {
+    /// The numbers that rays are traced with.
+    pub(crate) fn precision(self) -> Precision {
+        if self.certify { Precision::Certified } else { self.precision }
+    }
 }
 
 /// The numbers that rays are traced with.
@@ -167,6 +182,8 @@ pub(crate) enum Precision {
     F64,
     /// Pairs of doubles, of 106 bits: the same formulas several times as slow, to check images by
     Dd,
+    /// Numbers with bounds of their errors, of doubles and then of pairs, as far as pixels need them
+    Certified,
 }
 
 impl Precision {
@@ -175,6 +192,7 @@ impl Precision {
         match self {
             Precision::F64 => "f64",
             Precision::Dd => "dd",
+            Precision::Certified => "certified",
         }
     }
 }
@@ -205,6 +223,14 @@ pub(crate) struct RunArgs {
     /// Write times and counts as JSON; - is the standard output
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) stats: Option<PathBuf>,
+    /// Write an image of how each pixel is known, as PNG; with `--certify`
+    ///
+    /// Black is certain by bounds in doubles, grey in twice their digits. What hangs on the rules for
+    /// ties has the colour of what is undecided first: red for which boundary a ray meets, yellow for
+    /// whether light arrives, blue for what the surface function does, white for the colour as bytes.
+    /// {name} and {n} in FILE stand for what they do with `--output`.
+    #[arg(long, value_name = "FILE", requires = "certify", help_heading = "Output")]
+    pub(crate) mark_uncertain: Option<PathBuf>,
 
     /// Threads for tracing, at most 1024 [default: one per processor]
     #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), env = "RAYON_NUM_THREADS", hide_env_values = true, help_heading = "Engine")]

@@ -1,9 +1,11 @@
 //! The one place where a render job meets the renderer: object to scene, scene to pixels.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use jit::shaders::{Observer, Shaders, SurfaceReport, Tiering};
 use rayon::ThreadPool;
+use renderer::certify::{CertainScene, Certainty};
 use renderer::image::{Image, Pixel};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
@@ -14,6 +16,7 @@ use vm::error::Error;
 use vm::host::RenderJob;
 use vm::machine::Limits;
 use vm::surfaces::{self, InterpSurfaces};
+use vm::value::Closure;
 
 use crate::args::{Engine, Precision};
 use crate::formats::{Picture, Pixels};
@@ -24,6 +27,8 @@ use crate::run::plan::Plan;
 pub(crate) struct Traced {
     /// The image.
     pub(crate) picture: Picture,
+    /// How each of its pixels is known, if that was asked for.
+    pub(crate) certainties: Option<Vec<Certainty>>,
     /// The rays it took.
     pub(crate) rays: RayCounts,
     /// Shapes of the scene.
@@ -71,20 +76,85 @@ pub(crate) fn trace_job(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
     match settings.precision {
-        Precision::F64 => trace_with::<f64>(job, plan, settings, progress),
-        Precision::Dd => trace_with::<Dd>(job, plan, settings, progress),
+        Precision::F64 => trace_with::<Scene<f64>>(job, plan, settings, progress),
+        Precision::Dd => trace_with::<Scene<Dd>>(job, plan, settings, progress),
+        Precision::Certified => trace_with::<CertainScene>(job, plan, settings, progress),
     }
 }
 
-fn trace_with<R: Real>(
+/// What is made of a job's object to be traced.
+trait Traceable: Send + Sync + Sized {
+    /// Makes it, with the surface functions by number.
+    fn build(job: &RenderJob<'_>) -> (Self, Vec<Arc<Closure>>);
+
+    fn n_shapes(&self) -> usize;
+
+    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
+        &self,
+        plan: &Plan,
+        worker: impl Fn() -> E + Sync,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Rendered<P>, TraceFailure>;
+}
+
+struct Rendered<P> {
+    image: Image<P>,
+    certainties: Option<Vec<Certainty>>,
+    rays: RayCounts,
+}
+
+impl<R: Real> Traceable for Scene<R> {
+    fn build(job: &RenderJob<'_>) -> (Self, Vec<Arc<Closure>>) {
+        surfaces::scene(&job.object)
+    }
+
+    fn n_shapes(&self) -> usize {
+        Scene::n_shapes(self)
+    }
+
+    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
+        &self,
+        Plan { view, illumination }: &Plan,
+        worker: impl Fn() -> E + Sync,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Rendered<P>, TraceFailure> {
+        let (image, rays) = renderer::render(self, illumination, view, worker, progress)?;
+        Ok(Rendered { image, certainties: None, rays })
+    }
+}
+
+impl Traceable for CertainScene {
+    fn build(job: &RenderJob<'_>) -> (Self, Vec<Arc<Closure>>) {
+        // Both number the surface functions alike: in the order of the operands.
+        let (exact, _) = surfaces::scene(&job.object);
+        let (quick, functions) = surfaces::scene(&job.object);
+        (CertainScene::new(quick, exact), functions)
+    }
+
+    fn n_shapes(&self) -> usize {
+        CertainScene::n_shapes(self)
+    }
+
+    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
+        &self,
+        Plan { view, illumination }: &Plan,
+        worker: impl Fn() -> E + Sync,
+        progress: &(dyn Fn(u64) + Sync),
+    ) -> Result<Rendered<P>, TraceFailure> {
+        let (image, certainties, rays) =
+            renderer::certify::certify(self, illumination, view, worker, progress)?;
+        Ok(Rendered { image, certainties: Some(certainties), rays })
+    }
+}
+
+fn trace_with<T: Traceable>(
     job: &RenderJob<'_>,
     plan: &Plan,
     settings: Settings<'_>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
     let start = Instant::now();
-    let (scene, surfaces): (Scene<R>, _) =
-        settings.threads.install(|| surfaces::scene(&job.object));
+    let (scene, surfaces) = settings.threads.install(|| T::build(job));
     let built = Instant::now();
     let limits = settings.limits;
     let shaders = match settings.engine {
@@ -99,7 +169,7 @@ fn trace_with<R: Real>(
     let made = Instant::now();
     let times = || shaders.as_ref().map_or(Duration::ZERO, |shaders| shaders.times().total());
     let times_before = times();
-    let (picture, rays) = match &shaders {
+    let (picture, certainties, rays) = match &shaders {
         Some(shaders) => trace(&scene, plan, settings, || shaders.worker(), progress)?,
         None => {
             let worker = || InterpSurfaces::new(job.program, &surfaces, limits);
@@ -110,6 +180,7 @@ fn trace_with<R: Real>(
     let jit_time = (made - built) + (times() - times_before);
     Ok(Traced {
         picture,
+        certainties,
         rays,
         n_shapes: scene.n_shapes(),
         surfaces: shaders.map(|shaders| shaders.report()).unwrap_or_default(),
@@ -120,28 +191,25 @@ fn trace_with<R: Real>(
     })
 }
 
-fn trace<R: Real, E: SurfaceEval<Error = Box<Error>> + Send>(
-    scene: &Scene<R>,
+fn trace<E: SurfaceEval<Error = Box<Error>> + Send>(
+    scene: &impl Traceable,
     plan: &Plan,
     settings: Settings<'_>,
     worker: impl Fn() -> E + Send + Sync,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<(Picture, RayCounts), TraceFailure> {
-    let Plan { view, illumination } = plan;
+) -> Result<(Picture, Option<Vec<Certainty>>, RayCounts), TraceFailure> {
     settings.threads.install(|| {
         if settings.is_linear {
-            let traced = renderer::render(scene, illumination, view, worker, progress)?;
-            return Ok(picture(traced, Pixels::Linear));
+            return Ok(picture(scene.render(plan, worker, progress)?, Pixels::Linear));
         }
-        let traced = renderer::render(scene, illumination, view, worker, progress)?;
-        Ok(picture(traced, Pixels::Bytes))
+        Ok(picture(scene.render(plan, worker, progress)?, Pixels::Bytes))
     })
 }
 
-fn picture<P: Pixel>(
-    (image, rays): (Image<P>, RayCounts),
+fn picture<P>(
+    Rendered { image, certainties, rays }: Rendered<P>,
     pixels: impl FnOnce(Vec<P>) -> Pixels,
-) -> (Picture, RayCounts) {
+) -> (Picture, Option<Vec<Certainty>>, RayCounts) {
     let Image { width, height, pixels: all } = image;
-    (Picture { width, height, pixels: pixels(all) }, rays)
+    (Picture { width, height, pixels: pixels(all) }, certainties, rays)
 }

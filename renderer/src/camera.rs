@@ -3,6 +3,7 @@
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
+use crate::ray::{Medium, Ray};
 
 /// The part of an image to render, in pixels from the upper left corner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,7 +33,7 @@ pub struct View {
 }
 
 /// Where the eye is.
-pub(crate) fn eye<R: Real>() -> Vec3<R> {
+fn eye<R: Real>() -> Vec3<R> {
     Vec3::new(R::ZERO, R::ZERO, -R::ONE)
 }
 
@@ -41,6 +42,13 @@ impl View {
     #[must_use]
     pub fn whole(width: u32, height: u32, fov_deg: f64) -> Self {
         View { width, height, fov_deg, region: Region { x: 0, y: 0, width, height } }
+    }
+
+    /// The ray from the eye through the centre of a pixel.
+    #[inline]
+    pub(crate) fn ray<R: Real>(&self, half_pixel: R, column: u32, row: u32) -> Ray<R> {
+        let dir = self.direction(half_pixel, column, row);
+        Ray { origin: eye(), dir, on: None, medium: Medium::Unknown }
     }
 
     /// Half the size of a pixel in the image plane.

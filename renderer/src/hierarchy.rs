@@ -67,6 +67,14 @@ impl Hierarchy {
         build::build(boxes)
     }
 
+    /// The size of the largest coordinate of its boxes.
+    pub(crate) fn extent(&self) -> f64 {
+        let of_corner =
+            |corner: &[f32; 3]| corner.iter().fold(0.0, |size: f32, x| size.max(x.abs()));
+        let root = self.root.as_ref();
+        root.map_or(0.0, |(around, _)| of_corner(&around.lo).max(of_corner(&around.hi)).into())
+    }
+
     /// Bytes that it takes.
     #[cfg(test)]
     pub(crate) fn n_bytes(&self) -> usize {

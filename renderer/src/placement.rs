@@ -147,8 +147,9 @@ impl Bounded {
     pub(crate) fn rounded<R: Real>(&self) -> Affine<R> {
         let entry = |row: usize, column: usize| {
             let value = self.entries[row][column];
-            let is_zero = value.abs().to_f64() <= self.errors[row][column];
-            R::from_dd(if is_zero { Dd::ZERO } else { value })
+            let error = self.errors[row][column];
+            let is_zero = value.abs().to_f64() <= error;
+            if is_zero { R::ZERO } else { R::from_bounded(value, error) }
         };
         let rows = [0, 1, 2].map(|row| Vec3::new(entry(row, 0), entry(row, 1), entry(row, 2)));
         Affine { rows, shift: Vec3::new(entry(0, 3), entry(1, 3), entry(2, 3)) }

@@ -59,12 +59,12 @@ pub(crate) struct Crossing<R> {
 impl<R: Real> Crossing<R> {
     /// Whether it lies ahead of the origin by more than the tolerance.
     pub(crate) fn is_ahead(&self) -> bool {
-        self.t.to_f64() > self.tolerance
+        self.t.exceeds(self.tolerance)
     }
 
     /// Whether two crossings cannot be told apart.
     pub(crate) fn ties_with(&self, other: &Crossing<R>) -> bool {
-        (self.t - other.t).abs().to_f64() <= self.tolerance + other.tolerance
+        (self.t - other.t).vanishes(self.tolerance + other.tolerance)
     }
 }
 
@@ -106,9 +106,11 @@ pub(crate) struct Line {
 const WIDER: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 impl Line {
-    pub(crate) fn new<R: Real>(ray: &Ray<R>, conditioning: Conditioning) -> Self {
+    /// `extent` is the size of the largest coordinate of any box.
+    pub(crate) fn new<R: Real>(ray: &Ray<R>, conditioning: Conditioning, extent: f64) -> Self {
         let origin = ray.origin.to_dvec3();
-        let error = conditioning.error(ray.origin.max_norm().to_f64());
+        let size = ray.origin.max_norm().to_f64();
+        let error = conditioning.error(size) + spread(ray, extent + size);
         // Along an axis that it is parallel to, the ray is inside or far outside.
         let inverse = ray.dir.to_dvec3().recip().map(|x| x.clamp(-f64::MAX, f64::MAX));
         let of_longest = inverse.abs().min_element();
@@ -119,6 +121,14 @@ impl Line {
             inverse,
             tolerance: 2.0 * error * of_longest,
         }
+    }
+
+    /// Up to where crossings matter to one, `t` and how far off that may be apart: they may tie with
+    /// others that tie with it, each by the tolerances of two.
+    pub(crate) fn end_of_ties<R: Real>(&self, t: R) -> f64 {
+        let size = t.to_f64();
+        let relative = TIE_ROUNDINGS * f64::UNIT_ROUNDOFF * size.abs();
+        size + 4.0 * (self.tolerance + relative) + t.radius()
     }
 
     /// The `t` at which the ray enters a box, 0 if it starts inside; none if it misses the box or
@@ -134,13 +144,21 @@ impl Line {
         }
         (enter <= exit * WIDER).then_some(enter)
     }
+}
 
-    /// Up to where crossings matter to those at `t`: they may tie with others that tie with those,
-    /// each by the tolerances of two.
-    pub(crate) fn end_of_ties(&self, t: f64) -> f64 {
-        let relative = TIE_ROUNDINGS * f64::UNIT_ROUNDOFF * t.abs();
-        t + 4.0 * (self.tolerance + relative)
+/// How far the rays that a ray of balls may stand for are from one another, within `reach` of the
+/// origin.
+#[inline(always)]
+fn spread<R: Real>(ray: &Ray<R>, reach: f64) -> f64 {
+    // Sums, unlike maxima, keep NaN, with which the ray meets all boxes.
+    let radius = |v: Vec3<R>| v.x.radius() + v.y.radius() + v.z.radius();
+    let (of_origin, of_dir) = (radius(ray.origin), radius(ray.dir));
+    if of_origin == 0.0 && of_dir == 0.0 {
+        return 0.0;
     }
+    // The longest component takes the ray out of reach by `reach` over its size; twice, since that
+    // and the sum are rounded.
+    2.0 * (of_origin + of_dir * (reach / ray.dir.max_norm().to_f64()))
 }
 
 /// A ray up to some `t`, and how it is tested against boxes.

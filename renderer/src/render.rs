@@ -5,11 +5,9 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::camera::{View, eye};
+use crate::camera::View;
 use crate::image::{Image, Pixel};
 use crate::numeric::real::Real;
-use crate::numeric::vec3::Vec3;
-use crate::ray::{Medium, Ray};
 use crate::scene::Scene;
 use crate::shade::{Illumination, RayCounts, Shader};
 use crate::surface::SurfaceEval;
@@ -40,78 +38,79 @@ pub fn render<R: Real, E: SurfaceEval + Send, P: Pixel>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Image<P>, RayCounts), Failure<E::Error>> {
+    let half_pixel: R = view.half_pixel();
+    let make = || Shader::new(scene, illumination, worker());
+    let (pixels, shaders) = pixels(view, make, progress, |shader, column, row| {
+        let light = shader.radiance(view.ray(half_pixel, column, row))?;
+        Ok(P::from_linear(light.map(R::to_f64).into()))
+    })?;
+    let mut counts = RayCounts::default();
+    for shader in shaders {
+        counts.add(&shader.counts);
+    }
+    Ok((Image { width: view.width, height: view.height, pixels }, counts))
+}
+
+/// Finds the pixels of a view, row by row from the upper left, in parallel; those outside its region
+/// have the default. `make` makes what one thread works with, all of which is returned; `pixel` finds
+/// the pixel at a column and row.
+pub(crate) fn pixels<W: Send, T: Copy + Default + Send + Sync, X: Send>(
+    view: &View,
+    make: impl Fn() -> W + Sync,
+    progress: &(dyn Fn(u64) + Sync),
+    pixel: impl Fn(&mut W, u32, u32) -> Result<T, X> + Sync,
+) -> Result<(Vec<T>, Vec<W>), Failure<X>> {
     let width = view.width as usize;
-    let mut pixels = vec![P::default(); width * view.height as usize];
-    let job = Job { view, half_pixel: view.half_pixel(), failure: Failures::new() };
-    let shaders = Shaders::new(|| Shader::new(scene, illumination, worker()));
+    let mut pixels = vec![T::default(); width * view.height as usize];
+    let failures = Failures::new();
+    let workers = Workers::new(make);
     let rows = view.region.y as usize..(view.region.y + view.region.height) as usize;
+    let columns = view.region.x..view.region.x + view.region.width;
     let region = &mut pixels[rows.start * width..rows.end * width];
     region.par_chunks_mut(width).zip(rows).with_max_len(1).for_each(|(pixels, row)| {
-        shaders.with(|shader| job.row(row as u32, pixels, shader));
+        workers.with(|worker| {
+            for column in columns.clone() {
+                if !failures.is_before(column, row as u32) {
+                    return;
+                }
+                match pixel(worker, column, row as u32) {
+                    Ok(found) => pixels[column as usize] = found,
+                    Err(error) => {
+                        return failures.report(Failure { x: column, y: row as u32, error });
+                    }
+                }
+            }
+        });
         progress(u64::from(view.region.width));
     });
-    let counts = shaders.counts();
-    match job.failure.first.into_inner().unwrap_or_else(PoisonError::into_inner) {
+    match failures.first.into_inner().unwrap_or_else(PoisonError::into_inner) {
         Some(failure) => Err(failure),
-        None => Ok((Image { width: view.width, height: view.height, pixels }, counts)),
+        None => Ok((pixels, workers.all())),
     }
 }
 
-/// The shaders of the threads, made when first needed. A thread's own is never waited for.
-struct Shaders<'s, R, E, F> {
-    by_thread: Vec<Mutex<Option<Shader<'s, R, E>>>>,
+/// What the threads work with, made when first needed. A thread's own is never waited for.
+struct Workers<W, F> {
+    by_thread: Vec<Mutex<Option<W>>>,
     make: F,
 }
 
-impl<'s, R: Real, E: SurfaceEval, F: Fn() -> Shader<'s, R, E>> Shaders<'s, R, E, F> {
+impl<W, F: Fn() -> W> Workers<W, F> {
     fn new(make: F) -> Self {
         let by_thread = (0..rayon::current_num_threads()).map(|_| Mutex::new(None)).collect();
-        Shaders { by_thread, make }
+        Workers { by_thread, make }
     }
 
-    fn with(&self, work: impl FnOnce(&mut Shader<'s, R, E>)) {
+    fn with(&self, work: impl FnOnce(&mut W)) {
         let thread = rayon::current_thread_index().unwrap_or(0);
-        let mut shader = self.by_thread[thread].lock().unwrap_or_else(PoisonError::into_inner);
-        work(shader.get_or_insert_with(&self.make));
+        let mut worker = self.by_thread[thread].lock().unwrap_or_else(PoisonError::into_inner);
+        work(worker.get_or_insert_with(&self.make));
     }
 
-    fn counts(self) -> RayCounts {
-        let mut sum = RayCounts::default();
-        for shader in self.by_thread {
-            if let Some(shader) = shader.into_inner().unwrap_or_else(PoisonError::into_inner) {
-                sum.add(&shader.counts);
-            }
-        }
-        sum
-    }
-}
-
-struct Job<'s, R, E> {
-    view: &'s View,
-    half_pixel: R,
-    failure: Failures<E>,
-}
-
-impl<R: Real, E: Send> Job<'_, R, E> {
-    fn row<S: SurfaceEval<Error = E>, P: Pixel>(
-        &self,
-        row: u32,
-        pixels: &mut [P],
-        shader: &mut Shader<'_, R, S>,
-    ) {
-        let region = &self.view.region;
-        for column in region.x..region.x + region.width {
-            if !self.failure.is_before(column, row) {
-                return;
-            }
-            let dir = self.view.direction(self.half_pixel, column, row);
-            match shader.radiance(Ray { origin: eye(), dir, on: None, medium: Medium::Unknown }) {
-                Ok(Vec3 { x, y, z }) => {
-                    pixels[column as usize] = P::from_linear([x, y, z].map(R::to_f64));
-                }
-                Err(error) => return self.failure.report(Failure { x: column, y: row, error }),
-            }
-        }
+    /// Those that were made.
+    fn all(self) -> Vec<W> {
+        let slots = self.by_thread.into_iter();
+        slots.filter_map(|w| w.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
     }
 }
 

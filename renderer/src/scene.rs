@@ -34,6 +34,8 @@ pub struct Scene<R = f64> {
     pub(crate) trees: Vec<Hierarchy>,
     /// Of all leaves.
     pub(crate) conditioning: Conditioning,
+    /// The size of the largest coordinate of bounded components.
+    pub(crate) extent: f64,
     /// The world-space surface of each face, faces of one leaf in a row. Equal surfaces have equal
     /// numbers, and those that several faces share have the lowest.
     pub(crate) face_surfaces: Vec<u32>,
@@ -111,6 +113,7 @@ impl<R: Real> Scene<R> {
                 hierarchy: Hierarchy::default(),
                 trees: Vec::new(),
                 conditioning: Conditioning::default(),
+                extent: 0.0,
                 face_surfaces: Vec::new(),
                 n_shared: 0,
             },
@@ -155,6 +158,8 @@ impl<R: Real> Scene<R> {
         };
         let boxes = self.components.iter().map(&mut bounds_of);
         self.hierarchy = Hierarchy::new((0..).zip(boxes));
+        self.extent =
+            hierarchies.iter().chain([&self.hierarchy]).map(Hierarchy::extent).fold(0.0, f64::max);
         self.trees = hierarchies;
     }
 

@@ -13,13 +13,17 @@
 use glam::DVec3;
 
 use crate::light::{Arriving, Attenuation, Lamp, Light};
+use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::ShapeKind;
 use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
 use crate::scene::Scene;
 use crate::shape;
-use crate::surface::{Locate, Needs, SurfaceEval, SurfacePoint, SurfaceSample};
+use crate::surface::{
+    Bounded, BoundedPoint, BoundedSample, Locate, LocateBounded, Needs, SurfaceEval, SurfaceId,
+    SurfacePoint, SurfaceSample,
+};
 use crate::trace::Workspace;
 
 /// Light, and how surfaces answer it.
@@ -75,7 +79,61 @@ pub(crate) struct Shader<'s, R, E> {
     workspace: Workspace<R>,
     /// The path so far: what each point shows by itself, and the factor of what it reflects.
     path: Vec<(Vec3<R>, Vec3<R>)>,
+    /// What the colour that was found last hangs on and could not be decided for certain, if numbers
+    /// keep account of that: the first of it.
+    pub(crate) doubt: Option<Doubt>,
+    /// Whether the colour is of no use in case of doubt.
+    gives_up: bool,
     pub(crate) counts: RayCounts,
+}
+
+/// What could not be decided for certain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Doubt {
+    /// Which boundary a ray meets first.
+    Boundary,
+    /// Whether a light reaches a point.
+    Light,
+    /// What the surface function does.
+    Surface,
+    /// What the colour is as a pixel.
+    Color,
+}
+
+/// What a surface function answers, in the tracer's numbers.
+struct Sample<R> {
+    color: Vec3<R>,
+    kd: R,
+    ks: R,
+    phong_exp: f64,
+}
+
+impl<R: Real> Sample<R> {
+    fn new(sample: &SurfaceSample) -> Self {
+        Sample {
+            color: Vec3::from_dvec3(sample.color),
+            kd: R::from_f64(sample.kd),
+            ks: R::from_f64(sample.ks),
+            phong_exp: sample.phong_exp,
+        }
+    }
+
+    /// None if the exponent is not known exactly.
+    fn of_bounded(sample: &BoundedSample) -> Option<Self> {
+        let number = |x: Bounded| R::from_bounded(Dd::from(x.value), x.error);
+        let [red, green, blue] = sample.color.map(number);
+        (sample.phong_exp.error == 0.0).then(|| Sample {
+            color: Vec3::new(red, green, blue),
+            kd: number(sample.kd),
+            ks: number(sample.ks),
+            phong_exp: sample.phong_exp.value,
+        })
+    }
+
+    /// What stands for an unknown answer.
+    fn black() -> Self {
+        Sample { color: Vec3::ZERO, kd: R::ZERO, ks: R::ZERO, phong_exp: 0.0 }
+    }
 }
 
 /// The point that a ray has met.
@@ -97,14 +155,37 @@ struct Place<R> {
     size: f64,
 }
 
+impl<R: Real> Place<R> {
+    /// The texture coordinates, 0 where they are not needed.
+    #[inline]
+    fn coordinates(&self, needs: Needs) -> [R; 2] {
+        let Place { kind, face, point, size } = *self;
+        let u = if needs.u { shape::texture_u(kind, face, point) } else { R::ZERO };
+        let v = if needs.v { shape::texture_v(kind, face, point) } else { R::ZERO };
+        [u, v].map(|coordinate| shape::settled(coordinate, size))
+    }
+}
+
 impl<R: Real> Locate for Place<R> {
     #[inline]
     fn locate(&self, needs: Needs) -> SurfacePoint {
-        let Place { kind, face, point, size } = *self;
-        let u = if needs.u { shape::texture_u(kind, face, point) } else { 0.0 };
-        let v = if needs.v { shape::texture_v(kind, face, point) } else { 0.0 };
-        let [u, v] = [u, v].map(|coordinate| shape::settled(coordinate, size));
-        SurfacePoint { face, u, v }
+        let [u, v] = self.coordinates(needs).map(R::nearest_double);
+        SurfacePoint { face: self.face, u, v }
+    }
+}
+
+impl<R: Real> LocateBounded for Place<R> {
+    #[inline]
+    fn locate_bounded(&self, needs: Needs) -> BoundedPoint {
+        // The coordinates are meant to be rounded to doubles, which the nearest may be half a unit
+        // away from; what is exact is a double already.
+        let bounded = |x: R| {
+            let (value, radius) = (x.to_f64(), x.radius());
+            let rounding = f64::EPSILON * (value.abs() + radius);
+            Bounded { value, error: if radius == 0.0 { 0.0 } else { radius + rounding } }
+        };
+        let [u, v] = self.coordinates(needs).map(bounded);
+        BoundedPoint { face: self.face, u, v }
     }
 }
 
@@ -118,17 +199,41 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             surfaces,
             workspace: Workspace::new(scene),
             path: Vec::new(),
+            doubt: None,
+            gives_up: false,
             counts: RayCounts::default(),
         }
+    }
+
+    /// The same, but in case of doubt it need not find the colour.
+    pub(crate) fn giving_up(self) -> Self {
+        Shader { gives_up: true, ..self }
+    }
+
+    /// Sees whether there was a doubt since this was done last.
+    #[inline(always)]
+    fn notice(&mut self, doubt: Doubt) {
+        if R::take_doubt() {
+            self.doubt.get_or_insert(doubt);
+        }
+    }
+
+    /// Whether what it would find is of no use.
+    #[inline(always)]
+    fn has_given_up(&self) -> bool {
+        self.gives_up && self.doubt.is_some()
     }
 
     /// The light that arrives along a ray from the eye; black where it meets nothing.
     pub(crate) fn radiance(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
         self.counts.primary += 1;
         self.path.clear();
+        self.doubt = None;
         let mut next = Some(ray);
         while let Some(ray) = next {
-            let Some(crossing) = self.scene.first_hit(&ray, &mut self.workspace) else { break };
+            let crossing = self.scene.first_hit(&ray, &mut self.workspace);
+            self.notice(Doubt::Boundary);
+            let Some(crossing) = crossing.filter(|_| !self.has_given_up()) else { break };
             next = self.bounce(&ray, &crossing)?;
         }
         let mut light: Vec3<R> = Vec3::ZERO;
@@ -145,12 +250,12 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     fn bounce(&mut self, ray: &Ray<R>, crossing: &Crossing<R>) -> Result<Option<Ray<R>>, E::Error> {
         let dir = ray.dir.normalized().unwrap_or(Vec3::ZERO);
         let (hit, at) = self.hit(ray, dir, crossing);
-        self.counts.surface_calls += 1;
+        self.notice(Doubt::Boundary);
         let surface = self.scene.leaves[crossing.leaf as usize].surface;
-        let sample = self.surfaces.eval(surface, &at)?;
+        let sample = self.sample(surface, &at)?;
         let (diffuse, specular) = self.direct_light(&hit, dir, &sample);
-        let color = Vec3::from_dvec3(sample.color);
-        let ks = R::from_f64(sample.ks);
+        self.notice(Doubt::Light);
+        let Sample { color, ks, .. } = sample;
         let tint = |light: Vec3<R>| {
             if self.illumination.tint_specular { light.scaled_by(color) } else { light }
         };
@@ -158,13 +263,32 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let factor = tint(Vec3::new(ks, ks, ks));
         let is_last = self.path.len() as u64 >= u64::from(self.illumination.max_bounces);
         self.path.push((local, factor));
-        let Some(normal) = hit.normal.filter(|_| sample.ks != 0.0 && !is_last) else {
+        let reflects = !is_last && ks != R::ZERO;
+        self.notice(Doubt::Surface);
+        let Some(normal) = hit.normal.filter(|_| reflects && !self.has_given_up()) else {
             return Ok(None);
         };
         self.counts.reflected += 1;
         let twice = dir.dot(normal) * R::from_f64(2.0);
         let reflected = dir - normal * twice;
         Ok(Some(Ray { origin: hit.point, dir: reflected, on: Some(hit.on), medium: hit.medium }))
+    }
+
+    /// Asks the surface function.
+    #[inline(always)]
+    fn sample(&mut self, surface: SurfaceId, at: &Place<R>) -> Result<Sample<R>, E::Error> {
+        self.counts.surface_calls += 1;
+        if !R::ASKS_FOR_BOUNDS {
+            let sample = self.surfaces.eval(surface, at)?;
+            self.notice(Doubt::Surface);
+            return Ok(Sample::new(&sample));
+        }
+        let bounded = self.surfaces.eval_bounded(surface, at);
+        self.notice(Doubt::Surface);
+        Ok(bounded.as_ref().and_then(Sample::of_bounded).unwrap_or_else(|| {
+            self.doubt.get_or_insert(Doubt::Surface);
+            Sample::black()
+        }))
     }
 
     fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: &Crossing<R>) -> (Hit<R>, Place<R>) {
@@ -189,9 +313,8 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         &mut self,
         hit: &Hit<R>,
         dir: Vec3<R>,
-        sample: &SurfaceSample,
+        &Sample { kd, ks, phong_exp, .. }: &Sample<R>,
     ) -> (Vec3<R>, Vec3<R>) {
-        let (kd, ks) = (R::from_f64(sample.kd), R::from_f64(sample.ks));
         let mut diffuse = self.ambient * kd;
         let mut specular = Vec3::ZERO;
         let Some(normal) = hit.normal else { return (diffuse, specular) };
@@ -203,19 +326,18 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             let cos = normal.dot(light.toward);
             // A light behind the surface does not reach the viewer's side, nor does one in its plane,
             // as far as rounding can tell; NaN reaches nothing.
-            let faces_light = cos.to_f64() > TIE_ROUNDINGS * R::UNIT_ROUNDOFF;
+            let faces_light = cos.exceeds(TIE_ROUNDINGS * R::UNIT_ROUNDOFF);
             if !faces_light || self.is_in_shadow(hit, &light) {
                 continue;
             }
             diffuse = diffuse + light.intensity * (kd * cos);
-            if sample.ks == 0.0 {
+            if ks == R::ZERO {
                 continue;
             }
             let halfway = (light.toward - dir).normalized();
             let highlight = halfway.map_or(R::ZERO, |h| normal.dot(h));
             if highlight > R::ZERO {
-                specular =
-                    specular + light.intensity * (ks * R::power(highlight, sample.phong_exp));
+                specular = specular + light.intensity * (ks * R::power(highlight, phong_exp));
             }
         }
         (diffuse, specular)

@@ -84,11 +84,23 @@ impl<R: Real> Scene<R> {
             // An infinite end is no crossing, and ties with nothing.
             let roundings = if t.is_finite() { t + reach } else { 0.0 };
             let tolerance = TIE_ROUNDINGS * R::UNIT_ROUNDOFF * roundings;
-            let is_exact = end.t == R::ZERO && local.is_on(end.root.face);
+            let is_exact = local.is_on(end.root.face) && end.t.is_surely_zero();
             let tolerance = if is_exact { 0.0 } else { tolerance };
             Crossing { t: end.t, tolerance, leaf: index, root: end.root, entering }
         };
         Some(LeafSpan { enter: crossing(span.enter, true), exit: crossing(span.exit, false) })
+    }
+
+    /// Whether two crossings cannot be told apart, or are of one and the same surface.
+    pub(crate) fn is_tie(&self, a: &Crossing<R>, b: &Crossing<R>) -> bool {
+        // Numbers that keep account of their errors may not know that such roots are the same.
+        let is_same = || {
+            let [of_a, of_b] =
+                [a, b].map(|c| self.face_surface(&self.leaves[c.leaf as usize], c.root.face));
+            let is_one = a.leaf == b.leaf && a.root == b.root;
+            is_one || of_a == of_b && of_a < self.n_shared && a.root.plus == b.root.plus
+        };
+        R::KEEPS_ACCOUNT && is_same() || a.ties_with(b)
     }
 
     /// The first boundary ahead of the ray's origin. Of those that tie with the first, the one of
@@ -113,9 +125,10 @@ impl<R: Real> Scene<R> {
             }
             let Some(crossing) = crossing else { return ControlFlow::Continue(()) };
             crossings.push((index, crossing));
-            if first.as_ref().is_none_or(|first| crossing.t < first.t) {
+            // Which of two that tie is called the first makes no difference.
+            if first.as_ref().is_none_or(|first| crossing.t.total_cmp(&first.t).is_lt()) {
                 first = Some(crossing);
-                *t_end = reach.line.end_of_ties(crossing.t.to_f64());
+                *t_end = reach.line.end_of_ties(crossing.t);
             }
             ControlFlow::Continue(())
         });
@@ -123,13 +136,13 @@ impl<R: Real> Scene<R> {
             return self.first_exit(&reach, workspace);
         }
         let first = first?;
-        let ties = crossings.iter().filter(|(_, crossing)| crossing.ties_with(&first));
+        let ties = crossings.iter().filter(|(_, crossing)| self.is_tie(crossing, &first));
         ties.max_by_key(|(index, _)| *index).map(|(_, crossing)| *crossing)
     }
 
     /// A ray up to `t_end`.
     fn reach<'r>(&self, ray: &'r Ray<R>, t_end: f64) -> Reach<'r, R> {
-        Reach { ray, line: Line::new(ray, self.conditioning), t_end }
+        Reach { ray, line: Line::new(ray, self.conditioning, self.extent), t_end }
     }
 
     /// Whether anything is met before `t_end` (anywhere, if none).
@@ -141,7 +154,7 @@ impl<R: Real> Scene<R> {
     ) -> bool {
         let is_before = |crossing: &Crossing<R>| match t_end {
             None => true,
-            Some(end) => (end - crossing.t).to_f64() > crossing.tolerance,
+            Some(end) => (end - crossing.t).exceeds(crossing.tolerance),
         };
         if ray.medium != Medium::Outside {
             return self.first_hit(ray, workspace).as_ref().is_some_and(is_before);
@@ -149,7 +162,7 @@ impl<R: Real> Scene<R> {
         let Workspace { tree, pending, .. } = workspace;
         let mut reach = self.reach(ray, f64::INFINITY);
         if let Some(end) = t_end {
-            reach.t_end = reach.line.end_of_ties(end.to_f64());
+            reach.t_end = reach.line.end_of_ties(end);
         }
         let visited = self.hierarchy.visit(&reach.line, reach.t_end, pending, |index, _| {
             let (_, crossing) = self.component_crossing(index, &reach, tree);
@@ -226,7 +239,7 @@ impl<R: Real> Scene<R> {
                 ControlFlow::<Infallible>::Continue(())
             });
         crossings.sort_by(|(i, a), (j, b)| a.t.total_cmp(&b.t).then(i.cmp(j)));
-        let groups = crossings.chunk_by(|(_, a), (_, b)| a.ties_with(b));
+        let groups = crossings.chunk_by(|(_, a), (_, b)| self.is_tie(a, b));
         for group in groups {
             let was_inside = n_around > 0;
             for (_, crossing) in group {

@@ -118,7 +118,7 @@ impl<R: Real> Scene<R> {
         }
         crossings.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.leaf.cmp(&b.leaf)));
         let starts_inside = workspace.is_inside(root);
-        for tie in crossings.chunk_by(Crossing::ties_with) {
+        for tie in crossings.chunk_by(|a, b| self.is_tie(a, b)) {
             workspace.tie += 1;
             for crossing in tie {
                 self.flip(crossing, workspace);

@@ -1,6 +1,7 @@
 //! How large images and scenes may be.
 
 use compiler::diagnostic::{Code, Diagnostic};
+use renderer::certify::CertainScene;
 use renderer::numeric::dd::Dd;
 use renderer::scene::Scene;
 use vm::host::RenderJob;
@@ -32,6 +33,7 @@ impl LimitArgs {
         let bytes_per_shape = match precision {
             Precision::F64 => Scene::<f64>::BYTES_PER_SHAPE,
             Precision::Dd => Scene::<Dd>::BYTES_PER_SHAPE,
+            Precision::Certified => CertainScene::BYTES_PER_SHAPE,
         };
         let (message, option) = if number > self.max_images {
             (

@@ -18,6 +18,7 @@ use crate::formats::{self, Picture};
 use crate::output::Problem;
 use crate::perf::PerfMap;
 use crate::report::Reporter;
+use crate::run::certainty::Known;
 use crate::run::digest::Digest;
 use crate::run::naming::{Destination, Naming, Sink};
 use crate::run::plan::Plan;
@@ -25,6 +26,7 @@ use crate::run::stats::{ImageStats, Stats, seconds};
 use crate::trace::{self, Settings, TraceFailure, Traced};
 use crate::values::Size;
 
+mod certainty;
 pub(crate) mod digest;
 pub(crate) mod plan;
 pub(crate) mod progress;
@@ -66,6 +68,9 @@ impl<'a> Renders<'a> {
         reporter: &'a Reporter,
     ) -> Result<Self, Failure> {
         let naming = Naming::new(args)?;
+        if let Some(file) = &args.mark_uncertain {
+            certainty::check_name(file)?;
+        }
         if matches!(naming, Naming::Stdout) {
             let usage = |message: &str| Err(Failure::Usage(message.to_owned()));
             if args.stats.as_deref() == Some(Path::new("-")) {
@@ -112,7 +117,7 @@ impl<'a> Renders<'a> {
     fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let start = Instant::now();
         let Size { width, height } = plan::size(job, &self.args.picture);
-        let precision = self.args.picture.precision;
+        let precision = self.args.picture.precision();
         self.args.limits.check(job, self.n_images, width, height, precision)?;
         let plan = Plan::new(job, &self.args.picture).map_err(|failure| self.stop(failure))?;
         let destination = self.destination(job)?;
@@ -124,10 +129,26 @@ impl<'a> Renders<'a> {
         let write_time = self.write(&destination, &traced.picture, job, &shown)?;
         let time = start.elapsed().as_secs_f64();
         self.reporter.note(&format!("{shown}  {width}x{height}  {time:.2} s"));
+        let known = self.certainty(job, &traced)?;
         let file = matches!(destination.sink, Sink::File(_)).then_some(shown);
-        self.stats.add(image_stats(file, job, &plan, &traced, write_time));
+        self.stats.add(image_stats(file, job, &plan, &traced, known, write_time));
         self.surfaces.extend(traced.surfaces);
         Ok(())
+    }
+
+    /// Tells how the pixels of an image are known, if that was asked for.
+    fn certainty(
+        &self,
+        job: &RenderJob<'_>,
+        traced: &Traced,
+    ) -> Result<Option<Known>, Box<Diagnostic>> {
+        let Some(certainties) = &traced.certainties else { return Ok(None) };
+        let known = Known::count(certainties);
+        self.reporter.note(&format!("  {}", known.line()));
+        if let Some(file) = &self.args.mark_uncertain {
+            certainty::write_marks(file, job, self.n_images, certainties, &traced.picture)?;
+        }
+        Ok(Some(known))
     }
 
     fn destination(&mut self, job: &RenderJob<'_>) -> Result<Destination, Box<Diagnostic>> {
@@ -157,7 +178,7 @@ impl<'a> Renders<'a> {
         let settings = Settings {
             threads: self.threads,
             engine: self.args.engine,
-            precision: self.args.picture.precision,
+            precision: self.args.picture.precision(),
             is_linear: format == ImageFormat::Pfm,
             limits: self.args.limits.machine(),
             perf_map: self.perf_map.as_ref(),
@@ -258,6 +279,7 @@ fn image_stats(
     job: &RenderJob<'_>,
     plan: &Plan,
     traced: &Traced,
+    certainty: Option<Known>,
     write_time: Duration,
 ) -> ImageStats {
     ImageStats {
@@ -271,6 +293,7 @@ fn image_stats(
         lights: job.lights.len(),
         pixels: plan.n_pixels(),
         rays: traced.rays.into(),
+        certainty,
         build: seconds(traced.build_time),
         jit: seconds(traced.jit_time),
         trace: seconds(traced.trace_time),

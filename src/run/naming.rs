@@ -53,12 +53,7 @@ impl Naming {
                 clean(&text)
             )));
         }
-        let rest = text.replace("{name}", "").replace("{n}", "");
-        if rest.contains(['{', '}']) {
-            let message =
-                format!("`--output {}`: the placeholders are {{name}} and {{n}}", clean(&text));
-            return Err(Failure::Usage(message));
-        }
+        check_placeholders("--output", &text)?;
         let is_here = args.out_dir == Path::new(".");
         Ok(Naming::Template(if is_here { output.clone() } else { args.out_dir.join(output) }))
     }
@@ -104,7 +99,25 @@ fn with_format(name: &str, format: ImageFormat) -> String {
     format!("{stem}.{}", format.extension())
 }
 
-fn filled(template: &Path, name: &str, number: u64) -> Result<PathBuf, Problem> {
+/// Whether a template has no placeholders but those that there are.
+///
+/// # Errors
+/// When it has others.
+pub(super) fn check_placeholders(option: &str, template: &str) -> Result<(), Failure> {
+    let rest = template.replace("{name}", "").replace("{n}", "");
+    if rest.contains(['{', '}']) {
+        let shown = clean(template);
+        let message = format!("`{option} {shown}`: the placeholders are {{name}} and {{n}}");
+        return Err(Failure::Usage(message));
+    }
+    Ok(())
+}
+
+/// The template with its placeholders replaced, for the image that the scene calls `name`.
+///
+/// # Errors
+/// When the scene's name is not allowed.
+pub(super) fn filled(template: &Path, name: &str, number: u64) -> Result<PathBuf, Problem> {
     let Some(text) = template.to_str() else { return Ok(template.to_owned()) };
     // The scene's name could hold `{n}`, which is no placeholder there, and so comes last.
     let text = text.replace("{n}", &number.to_string());

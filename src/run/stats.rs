@@ -9,6 +9,7 @@ use serde::Serialize;
 use crate::console;
 use crate::failure::Failure;
 use crate::output::Target;
+use crate::run::certainty::Known;
 
 /// Times and counts of a run.
 #[derive(Debug, Default, Serialize)]
@@ -74,6 +75,9 @@ pub(crate) struct ImageStats {
     pub(crate) lights: usize,
     pub(crate) pixels: u64,
     pub(crate) rays: Rays,
+    /// How its pixels are known, with `--certify`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) certainty: Option<Known>,
     pub(crate) build: f64,
     pub(crate) jit: f64,
     pub(crate) trace: f64,

@@ -47,7 +47,7 @@ impl Method {
     pub(crate) fn name(self) -> String {
         match self.precision {
             Precision::F64 => self.engine.name().to_owned(),
-            Precision::Dd => format!("{} dd", self.engine.name()),
+            other => format!("{} {}", self.engine.name(), other.name()),
         }
     }
 }

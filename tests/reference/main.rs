@@ -4,7 +4,7 @@
 //! What both share is the program that describes the scene, and the surface functions, which are
 //! given coordinates rounded to doubles. `GMLVM_REFERENCE=96 cargo test --release --test reference --
 //! --nocapture` traces all scenes with so many pixels on the longer side, and tells how many differ in
-//! either precision.
+//! either precision, how many are certain, and how many of those that are not.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,8 +12,10 @@ use std::time::Instant;
 
 use compiler::diagnostic::Diagnostic;
 use compiler::source::SourceMap;
+use jit::shaders::{Shaders, Tiering};
 use rayon::prelude::*;
 use renderer::camera::View;
+use renderer::certify::{CertainScene, Certainty, certify};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
 use vm::host::{Dialect, Host, RenderJob};
@@ -36,12 +38,17 @@ const LIMITS: Limits = Limits { fuel: 1_000_000_000, max_depth: 100_000, max_mem
 
 type Bytes = Vec<[u8; 3]>;
 
-/// Traces each image three times, and tells which pixels differ from the reference.
+/// Traces each image four times, and tells which pixels differ from the reference.
 #[derive(Default)]
 struct Compares {
     n_pixels: usize,
     in_f64: Vec<String>,
     in_dd: Vec<String>,
+    certified: Vec<String>,
+    /// Pixels that are said to be certain, by bounds in doubles and in double-double, and differ.
+    unsound: Vec<String>,
+    certain_in_f64: usize,
+    certain_in_dd: usize,
 }
 
 impl Host for Compares {
@@ -67,6 +74,21 @@ impl Host for Compares {
         self.n_pixels += expected.len();
         self.in_f64.extend(differences(width, &traced::<f64>(&job, &view)?, &expected));
         self.in_dd.extend(differences(width, &traced::<Dd>(&job, &view)?, &expected));
+        let (pixels, certainties) = certified(&job, &view)?;
+        self.certified.extend(differences(width, &pixels, &expected));
+        let is_certain = |c: &Certainty| !matches!(c, Certainty::Rule(_));
+        // As if what is not certain were right.
+        let believed: Bytes = (certainties.iter().zip(pixels.iter().zip(&expected)))
+            .map(
+                |(certainty, (found, expected))| {
+                    *if is_certain(certainty) { found } else { expected }
+                },
+            )
+            .collect();
+        self.unsound.extend(differences(width, &believed, &expected));
+        let count = |kind| certainties.iter().filter(|certainty| **certainty == kind).count();
+        self.certain_in_f64 += count(Certainty::Double);
+        self.certain_in_dd += count(Certainty::DoubleDouble);
         Ok(())
     }
 }
@@ -106,6 +128,19 @@ fn traced<R: Real>(job: &RenderJob<'_>, view: &View) -> Result<Bytes, Box<Diagno
     Ok(image.pixels)
 }
 
+/// With bounded shaders, without which doubles can certify no texture.
+fn certified(job: &RenderJob<'_>, view: &View) -> Result<(Bytes, Vec<Certainty>), Box<Diagnostic>> {
+    let (exact, _) = surfaces::scene(&job.object);
+    let (quick, surfaces) = surfaces::scene(&job.object);
+    let scene = CertainScene::new(quick, exact);
+    let shaders = Shaders::new(job.program, &surfaces, LIMITS, Tiering::Eager);
+    let illumination = job.illumination(Dialect::Auto);
+    let result = certify(&scene, &illumination, view, || shaders.worker(), &|_| {});
+    let (image, certainties, _) =
+        result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
+    Ok((image.pixels, certainties))
+}
+
 fn differences(width: u32, found: &[[u8; 3]], expected: &[[u8; 3]]) -> Vec<String> {
     let pixels = (0..).zip(found.iter().zip(expected));
     let differ = pixels.filter(|(_, (found, expected))| found != expected);
@@ -137,8 +172,8 @@ fn scenes(folder: &Path) -> Vec<PathBuf> {
     scenes
 }
 
-/// All scenes of a folder are in double-double what they are in the reference; in doubles all but
-/// those in which a surface function meets a whole number exactly.
+/// All scenes of a folder are in double-double, and certified, what they are in the reference; in
+/// doubles all but those in which a surface function meets a whole number exactly.
 #[track_caller]
 fn check(folder: &str, wrong: &[&str], with_ties: &[&str]) {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
@@ -146,7 +181,8 @@ fn check(folder: &str, wrong: &[&str], with_ties: &[&str]) {
         println!("skipped: there is no {}", folder.display());
         return;
     }
-    let (mut in_f64, mut in_dd) = (Vec::new(), Vec::new());
+    let (mut in_f64, mut in_dd, mut certified) = (Vec::new(), Vec::new(), Vec::new());
+    let mut unsound = Vec::new();
     for path in scenes(&folder) {
         let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
         let start = Instant::now();
@@ -154,18 +190,28 @@ fn check(folder: &str, wrong: &[&str], with_ties: &[&str]) {
             assert!(wrong.contains(&&*name), "{name} stops with an error");
             continue;
         };
-        let Compares { n_pixels, in_f64: plain, in_dd: precise } = images;
         println!(
-            "{name}: of {n_pixels} pixels {} differ in f64, {} in dd ({:.2} s)",
-            plain.len(),
-            precise.len(),
+            "{name}: of {} pixels {} differ in f64, {} in dd, {} certified; {} are certain in f64, \
+             {} in dd, {} of them differ ({:.2} s)",
+            images.n_pixels,
+            images.in_f64.len(),
+            images.in_dd.len(),
+            images.certified.len(),
+            images.certain_in_f64,
+            images.certain_in_dd,
+            images.unsound.len(),
             start.elapsed().as_secs_f64()
         );
-        in_dd.extend(precise.first().map(|first| format!("{name}: {first}")));
+        let first = |pixels: &[String]| pixels.first().map(|first| format!("{name}: {first}"));
+        in_dd.extend(first(&images.in_dd));
+        certified.extend(first(&images.certified));
+        unsound.extend(first(&images.unsound));
         if !with_ties.contains(&&*name) {
-            in_f64.extend(plain.first().map(|first| format!("{name}: {first}")));
+            in_f64.extend(first(&images.in_f64));
         }
     }
+    assert!(unsound.is_empty(), "scenes with pixels that are certain, but wrong: {unsound:#?}");
+    assert!(certified.is_empty(), "scenes that differ when certified: {certified:#?}");
     assert!(in_dd.is_empty(), "scenes that differ in double-double: {in_dd:#?}");
     assert!(in_f64.is_empty(), "scenes that differ in doubles: {in_f64:#?}");
 }

@@ -33,7 +33,7 @@ impl Random {
             on: None,
             medium: Medium::Unknown,
         };
-        Line::new::<f64>(&ray, Conditioning { linear: 1.0, shift: 0.0 })
+        Line::new::<f64>(&ray, Conditioning { linear: 1.0, shift: 0.0 }, 0.0)
     }
 
     fn boxes(&mut self, n: usize) -> Vec<Bounds> {
@@ -155,6 +155,7 @@ fn unbounded_boxes_are_always_visited_and_empty_ones_never() {
             medium: Medium::Unknown,
         },
         Conditioning::default(),
+        0.0,
     );
     assert_eq!(visited(&hierarchy(&boxes), &away, f64::INFINITY), [0, 2, 3]);
 }
@@ -178,6 +179,7 @@ fn a_hundred_thousand_boxes_in_one_place_make_no_deep_hierarchy() {
             medium: Medium::Unknown,
         },
         Conditioning::default(),
+        0.0,
     );
     assert_eq!(visited(&hierarchy, &through, f64::INFINITY).len(), boxes.len());
 }

@@ -14,8 +14,8 @@ mod real;
 /// The sum `hi + lo`, with `|lo|` at most half a unit in the last place of `hi`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dd {
-    hi: f64,
-    lo: f64,
+    pub(crate) hi: f64,
+    pub(crate) lo: f64,
 }
 
 /// Bound of the relative error of one operation on [`Dd`]: 64 times 2^-106. The four operations err
@@ -26,7 +26,7 @@ pub const DD_ERROR: f64 = 1.0 / (1u64 << 50) as f64 / (1u64 << 50) as f64;
 
 /// `a + b` as a sum of its rounding and the exact error.
 #[inline]
-fn two_sum(a: f64, b: f64) -> Dd {
+pub(crate) fn two_sum(a: f64, b: f64) -> Dd {
     let hi = a + b;
     let b_part = hi - a;
     Dd { hi, lo: (a - (hi - b_part)) + (b - b_part) }
@@ -41,7 +41,7 @@ fn quick_two_sum(a: f64, b: f64) -> Dd {
 
 /// `a * b` as a sum of its rounding and the exact error.
 #[inline]
-fn two_product(a: f64, b: f64) -> Dd {
+pub(crate) fn two_product(a: f64, b: f64) -> Dd {
     let hi = a * b;
     Dd { hi, lo: a.mul_add(b, -hi) }
 }

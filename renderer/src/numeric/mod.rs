@@ -5,6 +5,7 @@
 //! asked to.
 
 pub mod affine;
+pub mod ball;
 pub mod dd;
 pub mod real;
 pub mod vec3;

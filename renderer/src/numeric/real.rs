@@ -29,11 +29,26 @@ pub trait Real:
     /// 1.
     const ONE: Self;
 
+    /// Whether the numbers come with bounds of their errors.
+    const KEEPS_ACCOUNT: bool = false;
+    /// Whether surface functions are asked for bounds of their answers, since texture coordinates
+    /// are not known to the last bit of a double.
+    const ASKS_FOR_BOUNDS: bool = false;
+    /// Whether a product of two doubles is such a number.
+    const HOLDS_DOUBLE_PRODUCTS: bool;
+
     /// The number itself.
     fn from_f64(value: f64) -> Self;
 
     /// The nearest number of this type.
     fn from_dd(value: Dd) -> Self;
+
+    /// The nearest number of this type to one that is known up to an error.
+    #[must_use]
+    fn from_bounded(value: Dd, error: f64) -> Self {
+        let _ = error;
+        Self::from_dd(value)
+    }
 
     /// The nearest double.
     fn to_f64(self) -> f64;
@@ -87,6 +102,55 @@ pub trait Real:
 
     /// Whether it is no number at all.
     fn is_nan(self) -> bool;
+
+    /// Whether it is above 0, by more than the `tolerance` for rounding.
+    #[must_use]
+    fn exceeds(self, tolerance: f64) -> bool {
+        self.to_f64() > tolerance
+    }
+
+    /// Whether it is 0, up to the `tolerance` for rounding.
+    #[must_use]
+    fn vanishes(self, tolerance: f64) -> bool {
+        self.abs().to_f64() <= tolerance
+    }
+
+    /// Whether its size is below a bound that is itself part of the rules.
+    #[must_use]
+    fn is_below(self, bound: f64) -> bool {
+        self.abs().to_f64() < bound
+    }
+
+    /// Whether it is 0 without doubt.
+    #[must_use]
+    fn is_surely_zero(self) -> bool {
+        self == Self::ZERO
+    }
+
+    /// How far off it may be, of types that keep account of that.
+    #[must_use]
+    fn radius(self) -> f64 {
+        0.0
+    }
+
+    /// The nearest double to the number that is meant.
+    #[must_use]
+    fn nearest_double(self) -> f64 {
+        self.to_f64()
+    }
+
+    /// The doubles nearest to the least and to the largest number that may be meant.
+    #[must_use]
+    fn ends(self) -> [f64; 2] {
+        [self.to_f64(); 2]
+    }
+
+    /// Whether this thread has made a decision that could not be made for certain, of types that
+    /// notice, since this was asked last.
+    #[must_use]
+    fn take_doubt() -> bool {
+        false
+    }
 }
 
 /// The angle of the point (x, z) from that of `(small, large)`, at most an eighth of a turn, of
@@ -109,6 +173,7 @@ impl Real for f64 {
     const UNIT_ROUNDOFF: f64 = f64::EPSILON / 2.0;
     const ZERO: f64 = 0.0;
     const ONE: f64 = 1.0;
+    const HOLDS_DOUBLE_PRODUCTS: bool = false;
 
     #[inline(always)]
     fn from_f64(value: f64) -> f64 {

@@ -75,7 +75,7 @@ impl<R: Real> Vec3<R> {
     /// Applies a function to each component.
     #[inline(always)]
     #[must_use]
-    pub fn map(self, f: impl Fn(R) -> R) -> Self {
+    pub fn map<T>(self, f: impl Fn(R) -> T) -> Vec3<T> {
         Vec3 { x: f(self.x), y: f(self.y), z: f(self.z) }
     }
 
@@ -96,7 +96,7 @@ impl<R: Real> Vec3<R> {
         if SAFE.contains(&largest) {
             return Some(self * (R::ONE / self.dot(self).sqrt_or_zero()));
         }
-        if largest == 0.0 || !largest.is_finite() {
+        if self.is_zero() || !largest.is_finite() {
             return None;
         }
         // A power of two keeps the direction exact.
@@ -108,6 +108,13 @@ impl<R: Real> Vec3<R> {
     #[inline]
     pub fn is_zero(self) -> bool {
         self == Vec3::ZERO
+    }
+}
+
+impl<R> From<Vec3<R>> for [R; 3] {
+    #[inline(always)]
+    fn from(Vec3 { x, y, z }: Vec3<R>) -> Self {
+        [x, y, z]
     }
 }
 

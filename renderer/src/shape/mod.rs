@@ -13,6 +13,7 @@ pub(crate) mod quadric;
 pub(crate) mod slab;
 pub(crate) mod sphere;
 
+use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::ShapeKind;
@@ -130,7 +131,7 @@ pub(crate) fn hit_point<R: Real>(kind: ShapeKind, ray: &LocalRay<R>, root: Root)
 #[inline]
 pub(crate) fn settled<R: Real>(coordinate: R, size: f64) -> R {
     const NOTHING: f64 = 1.0 / (1u64 << 40) as f64 / (1u64 << 40) as f64;
-    if coordinate.to_f64().abs() < NOTHING * size { R::ZERO } else { coordinate }
+    if coordinate.is_below(NOTHING * size) { R::ZERO } else { coordinate }
 }
 
 /// The outward normal at a point of a face, of any length; zero at the apex of a cone.
@@ -149,13 +150,14 @@ pub(crate) fn normal<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> Vec3<R> 
 
 /// First texture coordinate of a point of a face (reference, table 1): in [0, 1], around an axis in
 /// [0, 1), but unbounded on planes.
-pub(crate) fn texture_u<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> f64 {
+pub(crate) fn texture_u<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> R {
     match (kind, face) {
-        (ShapeKind::Plane, _) => p.x.to_f64(),
+        (ShapeKind::Plane, _) => p.x,
         (ShapeKind::Sphere, _) | (ShapeKind::Cylinder | ShapeKind::Cone, 0) => {
-            // More digits than a double has can be nearer to a whole turn than a double can.
-            let turns = R::turns(p.x, p.z).to_f64();
-            if turns < 1.0 { turns } else { 0.0 }
+            let turns = R::turns(p.x, p.z);
+            // From half a unit in the last place below it on, the nearest double is a whole turn.
+            let last = Dd::ONE - Dd::from(f64::EPSILON / 4.0);
+            if turns < R::from_dd(last) { turns } else { R::ZERO }
         }
         (ShapeKind::Cylinder | ShapeKind::Cone, _) => within(half(p.x)),
         (ShapeKind::Cube, 2 | 3) => within(p.z),
@@ -165,9 +167,9 @@ pub(crate) fn texture_u<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> f64 {
 
 /// Second texture coordinate of a point of a face (reference, table 1): in [0, 1], but unbounded on
 /// planes.
-pub(crate) fn texture_v<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> f64 {
+pub(crate) fn texture_v<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> R {
     match (kind, face) {
-        (ShapeKind::Plane, _) => p.z.to_f64(),
+        (ShapeKind::Plane, _) => p.z,
         (ShapeKind::Sphere, _) => within(half(p.y)),
         (ShapeKind::Cylinder | ShapeKind::Cone, 0) | (ShapeKind::Cube, 0..=3) => within(p.y),
         (ShapeKind::Cylinder | ShapeKind::Cone, _) => within(half(p.z)),
@@ -181,8 +183,8 @@ fn half<R: Real>(x: R) -> R {
 }
 
 /// Rounding may step over an edge, where a table lookup in the surface function would fail.
-fn within<R: Real>(x: R) -> f64 {
-    x.to_f64().clamp(0.0, 1.0)
+fn within<R: Real>(x: R) -> R {
+    x.max(R::ZERO).min(R::ONE)
 }
 
 #[cfg(test)]

@@ -36,9 +36,11 @@ impl<R: Real> Quadratic<R> {
     /// equal. One of them is infinite or NaN where `a` is 0.
     #[inline(always)]
     pub(crate) fn roots(&self) -> [End<R>; 2] {
-        let s = if self.c == R::ZERO { self.b.abs() } else { self.discriminant.sqrt_or_zero() };
+        let s =
+            if self.c.is_surely_zero() { self.b.abs() } else { self.discriminant.sqrt_or_zero() };
         let end = |t: R, plus: bool| End { t, root: Root { face: 0, plus } };
-        if self.b >= R::ZERO {
+        // Either form gives both roots: the sign only tells which is accurate.
+        if self.b.to_f64() >= 0.0 {
             let q = self.b + s;
             [end(self.c / q, false), end(q / self.a, true)]
         } else {
@@ -75,9 +77,11 @@ pub(crate) fn hit_point<R: Real>(
     // o q + c d = ±s o - (Jo) × m - k d. Each rounds terms of the size of its divisor's bound, |d|² and
     // |o| |d|; the second serves where its divisor is much the larger part of its bound.
     const MUCH: f64 = 16.0;
-    let is_c_over_q = plus == (b < R::ZERO);
-    let q = if b < R::ZERO { b - s } else { b + s };
-    if is_c_over_q && R::from_f64(MUCH) * a.abs() * near.max_norm() < q.abs() * d.max_norm() {
+    let is_negative = b.to_f64() < 0.0;
+    let is_c_over_q = plus == is_negative;
+    let q = if is_negative { b - s } else { b + s };
+    let size = |x: R| x.to_f64().abs();
+    if is_c_over_q && MUCH * size(a) * size(near.max_norm()) < size(q) * size(d.max_norm()) {
         let from_near = near * -signed_s - near.scaled_by(j).cross(m) - d * R::from_f64(k);
         return from_near * (R::ONE / q);
     }

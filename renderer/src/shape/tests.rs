@@ -218,7 +218,7 @@ fn far_spheres_are_hit_where_geometry_says() {
 fn more_digits_than_a_double_has_do_not_step_over_the_seam() {
     let just_left = Vec3::new(Dd::from(-1e-25), Dd::ZERO, Dd::ONE);
     assert!(Dd::turns(just_left.x, just_left.z) < Dd::ONE);
-    assert_eq!(texture_u(ShapeKind::Sphere, 0, just_left), 0.0);
+    assert_eq!(texture_u(ShapeKind::Sphere, 0, just_left), Dd::ZERO);
 }
 
 #[test]

@@ -100,6 +100,7 @@ impl<'p> Variant<'p> {
             output: None,
             format: None,
             stats: None,
+            mark_uncertain: None,
             threads: Some(n_threads),
             engine,
             perf_map: false,
@@ -175,8 +176,8 @@ impl<'p> Variant<'p> {
             Dialect::Chicago => Some("chicago".to_owned()),
         };
         option("--dialect", dialect);
-        let is_plain = picture.precision == Precision::F64;
-        option("--precision", (!is_plain).then(|| picture.precision.name().to_owned()));
+        let is_plain = picture.precision() == Precision::F64;
+        option("--precision", (!is_plain).then(|| picture.precision().name().to_owned()));
         inputs.defines.iter().for_each(|define| option("-D", Some(define.text.clone())));
         inputs.include_dirs.iter().for_each(|dir| option("-I", Some(dir.display().to_string())));
         words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")

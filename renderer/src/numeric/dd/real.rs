@@ -17,6 +17,7 @@ impl Real for Dd {
     const UNIT_ROUNDOFF: f64 = DD_ERROR;
     const ZERO: Dd = Dd::ZERO;
     const ONE: Dd = Dd::ONE;
+    const HOLDS_DOUBLE_PRODUCTS: bool = true;
 
     #[inline]
     fn from_f64(value: f64) -> Dd {

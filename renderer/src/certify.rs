@@ -1,0 +1,113 @@
+//! Images whose pixels are certain, or said not to be.
+//!
+//! A pixel is traced in balls of doubles. Where a decision hangs on more than those tell, it is traced
+//! again in balls of double-double; and where they leave it open too, which takes an exact tie, or
+//! something very near to one, the rules for ties decide, and the pixel is said to hang on them.
+
+use crate::camera::View;
+use crate::image::{Image, Pixel};
+use crate::numeric::ball::Ball;
+use crate::numeric::dd::Dd;
+use crate::numeric::real::Real;
+use crate::numeric::vec3::Vec3;
+use crate::render::{Failure, pixels};
+use crate::scene::Scene;
+use crate::shade::{Doubt, Illumination, RayCounts, Shader};
+use crate::surface::SurfaceEval;
+
+/// How a pixel is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Certainty {
+    /// It has not been traced.
+    #[default]
+    Unknown,
+    /// For certain, by bounds of errors in doubles.
+    Double,
+    /// For certain, by bounds of errors in double-double.
+    DoubleDouble,
+    /// By the rules for ties, where bounds leave this open first.
+    Rule(Doubt),
+}
+
+/// A scene in the numbers that certain images need.
+#[derive(Debug)]
+pub struct CertainScene {
+    quick: Scene<Ball<f64>>,
+    exact: Scene<Ball<Dd>>,
+}
+
+impl CertainScene {
+    /// As [`Scene::BYTES_PER_SHAPE`].
+    pub const BYTES_PER_SHAPE: u64 =
+        Scene::<Ball<f64>>::BYTES_PER_SHAPE + Scene::<Ball<Dd>>::BYTES_PER_SHAPE;
+
+    /// Makes it of the same scene in both.
+    #[must_use]
+    pub fn new(quick: Scene<Ball<f64>>, exact: Scene<Ball<Dd>>) -> Self {
+        CertainScene { quick, exact }
+    }
+
+    /// Number of shapes.
+    #[must_use]
+    pub fn n_shapes(&self) -> usize {
+        self.quick.n_shapes()
+    }
+}
+
+/// What one thread finds pixels with.
+struct Worker<'s, E> {
+    quick: Shader<'s, Ball<f64>, E>,
+    exact: Shader<'s, Ball<Dd>, E>,
+}
+
+/// An image, how each of its pixels is known, and the rays that it took.
+pub type Certified<P> = (Image<P>, Vec<Certainty>, RayCounts);
+
+/// Renders an image as [`render`](crate::render()) does, and says how each pixel is known.
+///
+/// # Errors
+/// The failure of the first pixel, in reading order, that has one.
+pub fn certify<E: SurfaceEval + Send, P: Pixel + PartialEq>(
+    scene: &CertainScene,
+    illumination: &Illumination,
+    view: &View,
+    worker: impl Fn() -> E + Sync,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Certified<P>, Failure<E::Error>> {
+    let half_pixels = (view.half_pixel(), view.half_pixel());
+    let make = || Worker {
+        quick: Shader::new(&scene.quick, illumination, worker()).giving_up(),
+        exact: Shader::new(&scene.exact, illumination, worker()),
+    };
+    let (found, workers) = pixels(view, make, progress, |worker, column, row| {
+        let Worker { quick, exact } = worker;
+        let light = quick.radiance(view.ray(half_pixels.0, column, row));
+        if let Ok(light) = light
+            && let (pixel, None) = certain::<_, _, P>(quick, light)
+        {
+            return Ok((pixel, Certainty::Double));
+        }
+        let light = exact.radiance(view.ray(half_pixels.1, column, row))?;
+        let (pixel, doubt) = certain(exact, light);
+        Ok((pixel, doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
+    })?;
+    let mut counts = RayCounts::default();
+    for Worker { quick, exact } in workers {
+        counts.add(&quick.counts);
+        counts.add(&exact.counts);
+    }
+    let (pixels, certainties) = found.into_iter().unzip();
+    Ok((Image { width: view.width, height: view.height, pixels }, certainties, counts))
+}
+
+/// A colour that a shader has found as a pixel, and why that is not certain.
+fn certain<R: Real, E: SurfaceEval, P: Pixel + PartialEq>(
+    shader: &Shader<'_, R, E>,
+    light: Vec3<R>,
+) -> (P, Option<Doubt>) {
+    let ends: [[f64; 2]; 3] = light.map(R::ends).into();
+    let is_finite = ends.iter().flatten().all(|end| end.is_finite());
+    let [least, most] = [0, 1].map(|end| P::from_linear(ends.map(|ends| ends[end])));
+    let doubt = (!is_finite || least != most).then_some(Doubt::Color);
+    (P::from_linear(light.map(R::to_f64).into()), shader.doubt.or(doubt))
+}

@@ -1,0 +1,427 @@
+//! Balls: numbers with rigorous bounds of their error, for knowing which pixels are certain.
+//!
+//! An operation on balls gives a ball that holds the result of the operation on real numbers,
+//! whichever real numbers the operands stand for. Its radius sums up what the radii of the operands
+//! become and what the operation itself rounds off; no rounding mode is ever changed. A result that
+//! was not rounded adds nothing ("residual" bounds), so that exact zeros stay exact.
+//!
+//! A comparison of balls that overlap cannot be decided. It then answers as the middles say, and
+//! leaves a mark, which [`Real::take_doubt`] asks for and takes away: what followed from the answer is
+//! not certain. The mark is the thread's own, since a comparison has nowhere else to put it.
+
+use std::cell::Cell;
+use std::cmp::Ordering;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::numeric::ball::rounded::{Bounding, LEAST};
+use crate::numeric::dd::{DD_ERROR, Dd};
+use crate::numeric::real::Real;
+
+pub mod rounded;
+#[cfg(test)]
+mod tests;
+
+/// The real numbers that differ from `middle` by at most `radius`; infinite and NaN radii bound
+/// nothing.
+#[derive(Clone, Copy, Debug)]
+pub struct Ball<T> {
+    middle: T,
+    radius: f64,
+}
+
+thread_local! {
+    static DOUBT: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Leaves the mark that something could not be decided.
+#[cold]
+#[inline(never)]
+fn doubt() {
+    DOUBT.set(true);
+}
+
+/// A bound from a sum of products of sizes, with room for its own roundings: fewer than 16 of 2^-53,
+/// of numbers that are not negative.
+#[inline(always)]
+fn up(bound: f64) -> f64 {
+    const ROOM: f64 = 1.0 + 8.0 * f64::EPSILON;
+    bound * ROOM
+}
+
+#[inline(always)]
+fn size<T: Real>(x: T) -> f64 {
+    x.to_f64().abs()
+}
+
+impl<T: Bounding> Ball<T> {
+    #[inline(always)]
+    fn new((middle, error): (T, f64), radius: f64) -> Self {
+        Ball { middle, radius: up(radius + error) }
+    }
+
+    /// What bounds `x` from above, for a number of either sign.
+    #[inline(always)]
+    fn largest(self) -> f64 {
+        up(size(self.middle) + self.radius)
+    }
+
+    /// Whether all of it is on one side of 0, or it is 0.
+    #[inline(always)]
+    fn is_sign_certain(self) -> bool {
+        let middle = self.middle.to_f64();
+        middle.abs() > up(self.radius) || self.radius == 0.0 && !middle.is_nan()
+    }
+
+    /// A ball as it was computed, if nothing in it can have fallen below the range of doubles, or what
+    /// is a bound nevertheless.
+    #[inline(always)]
+    fn unless_tiny(self, is_exact: impl FnOnce() -> bool) -> Self {
+        // NaN is not tiny.
+        if self.radius < LEAST && !(self.radius == 0.0 && is_exact()) {
+            return Ball { radius: LEAST, ..self };
+        }
+        self
+    }
+
+    /// How two balls compare: by `by_middles` where they overlap, which cannot be decided.
+    #[inline(always)]
+    fn decide(self, other: Self, by_middles: impl Fn(&T, &T) -> bool) -> bool {
+        let gap = (self.middle - other.middle).to_f64().abs();
+        // With room for the rounding of the gap.
+        let is_certain = gap > up(self.radius + other.radius) && gap.is_finite();
+        if !is_certain && !self.is_certain_beside(other) {
+            doubt();
+        }
+        by_middles(&self.middle, &other.middle)
+    }
+
+    /// Whether two balls without a gap compare as their middles do: if both are exact or infinite.
+    #[cold]
+    fn is_certain_beside(self, other: Self) -> bool {
+        let is_unbounded = |x: Self| x.radius == 0.0 && x.middle.to_f64().is_infinite();
+        self.radius == 0.0 && other.radius == 0.0
+            || is_unbounded(self) && other.radius.is_finite()
+            || is_unbounded(other) && self.radius.is_finite()
+    }
+}
+
+impl<T: Bounding> Add for Ball<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Ball::new(T::sum(self.middle, other.middle), self.radius + other.radius)
+    }
+}
+
+impl<T: Bounding> Sub for Ball<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self + -other
+    }
+}
+
+impl<T: Bounding> Neg for Ball<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Ball { middle: -self.middle, ..self }
+    }
+}
+
+/// What the radii of two factors become in their product.
+#[inline(always)]
+fn radius_of_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> f64 {
+    size(a.middle) * b.radius + a.radius * (size(b.middle) + b.radius)
+}
+
+/// Whether a product that seems to be exact is: nothing of it can have been lost to underflow.
+#[inline]
+fn is_exact_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> bool {
+    let product = size(a.middle) * size(b.middle);
+    let is_zero = a.middle == T::ZERO || b.middle == T::ZERO;
+    a.radius == 0.0 && b.radius == 0.0 && (is_zero || product >= LEAST)
+}
+
+impl<T: Bounding> Mul for Ball<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let product = T::product(self.middle, other.middle);
+        Ball::new(product, radius_of_product(self, other))
+            .unless_tiny(|| is_exact_product(self, other))
+    }
+}
+
+impl<T: Bounding> Div for Ball<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        let (quotient, rest) = T::quotient(self.middle, other.middle);
+        // a'/b' - q = (a' - q b') / b' with a' - q b' = (a - q b) + (a' - a) - q (b' - b).
+        let numerator = up(rest + self.radius + size(quotient) * other.radius);
+        // Down, for the roundings of the difference.
+        let denominator = (size(other.middle) - other.radius) * (1.0 - 4.0 * f64::EPSILON);
+        if !(denominator > 0.0) {
+            return Ball { middle: quotient, radius: f64::INFINITY };
+        }
+        let is_tiny = numerator < LEAST;
+        if !is_tiny {
+            return Ball { middle: quotient, radius: up(numerator / denominator) }
+                .unless_tiny(|| false);
+        }
+        let is_exact = numerator == 0.0
+            && (self.middle == T::ZERO || size(self.middle) >= LEAST && size(quotient) >= LEAST);
+        if is_exact {
+            return Ball { middle: quotient, radius: 0.0 };
+        }
+        Ball { middle: quotient, radius: up(LEAST / denominator + LEAST) }
+    }
+}
+
+impl<T: Bounding> PartialEq for Ball<T> {
+    fn eq(&self, other: &Self) -> bool {
+        self.decide(*other, |a, b| a == b)
+    }
+}
+
+impl<T: Bounding> PartialOrd for Ball<T> {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        self.decide(*other, |_, _| true);
+        self.middle.partial_cmp(&other.middle)
+    }
+
+    #[inline(always)]
+    fn lt(&self, other: &Self) -> bool {
+        self.decide(*other, |a, b| a < b)
+    }
+
+    #[inline(always)]
+    fn le(&self, other: &Self) -> bool {
+        self.decide(*other, |a, b| a <= b)
+    }
+
+    #[inline(always)]
+    fn gt(&self, other: &Self) -> bool {
+        self.decide(*other, |a, b| a > b)
+    }
+
+    #[inline(always)]
+    fn ge(&self, other: &Self) -> bool {
+        self.decide(*other, |a, b| a >= b)
+    }
+}
+
+impl<T: Bounding> Real for Ball<T> {
+    /// That of the middles, by which ties are resolved that cannot be decided.
+    const UNIT_ROUNDOFF: f64 = T::UNIT_ROUNDOFF;
+    const ZERO: Self = Ball { middle: T::ZERO, radius: 0.0 };
+    const ONE: Self = Ball { middle: T::ONE, radius: 0.0 };
+    const KEEPS_ACCOUNT: bool = true;
+    const ASKS_FOR_BOUNDS: bool = !T::HOLDS_DOUBLE_PRODUCTS;
+    const HOLDS_DOUBLE_PRODUCTS: bool = T::HOLDS_DOUBLE_PRODUCTS;
+
+    #[inline(always)]
+    fn from_f64(value: f64) -> Self {
+        Ball { middle: T::from_f64(value), radius: 0.0 }
+    }
+
+    #[inline]
+    fn from_dd(value: Dd) -> Self {
+        // Of few operations.
+        Ball::from_bounded(value, 4.0 * DD_ERROR * value.to_f64().abs())
+    }
+
+    #[inline]
+    fn from_bounded(value: Dd, error: f64) -> Self {
+        let middle = T::from_dd(value);
+        let rounding = if T::HOLDS_DOUBLE_PRODUCTS {
+            0.0
+        } else {
+            (value - Dd::from(middle.to_f64())).to_f64().abs()
+        };
+        Ball { middle, radius: up(error + rounding) }
+    }
+
+    #[inline(always)]
+    fn to_f64(self) -> f64 {
+        self.middle.to_f64()
+    }
+
+    /// The size; where the sign is not certain, the number with the sign that makes its middle
+    /// positive, which is in the same ball.
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Ball { middle: self.middle.abs(), ..self }
+    }
+
+    #[inline(always)]
+    fn sqrt_or_zero(self) -> Self {
+        let (root, rest) = T::root(self.middle.max(T::ZERO));
+        let s = size(root);
+        let spread = rest + self.radius;
+        if s * s > spread && s > LEAST {
+            // The root of x' differs by |x' - s²| / (√x' + s), where x' is not negative.
+            return Ball { middle: root, radius: up(spread / s) };
+        }
+        if spread == 0.0 && s == 0.0 {
+            return Self::ZERO;
+        }
+        // √x' is between 0 and the root of the largest.
+        let largest = (size(self.middle) + self.radius).sqrt();
+        Ball { middle: root, radius: up(up(largest).max(LEAST)) }
+    }
+
+    #[inline(always)]
+    fn mul_add(self, factor: Self, term: Self) -> Self {
+        let sum = T::product_sum(self.middle, factor.middle, term.middle);
+        Ball::new(sum, radius_of_product(self, factor) + term.radius)
+            .unless_tiny(|| term.radius == 0.0 && is_exact_product(self, factor))
+    }
+
+    #[inline(always)]
+    fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
+        let difference = T::product_difference(a.middle, b.middle, c.middle, d.middle);
+        Ball::new(difference, radius_of_product(a, b) + radius_of_product(c, d))
+            .unless_tiny(|| is_exact_product(a, b) && is_exact_product(c, d))
+    }
+
+    #[inline(always)]
+    fn signed_squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Self {
+        let sum = T::squares(signs, p.map(|x| x.middle), k);
+        let of_square = |index: usize| {
+            let Ball { middle, radius } = p[index];
+            if signs[index] == 0.0 { 0.0 } else { radius * (2.0 * size(middle) + radius) }
+        };
+        let is_exact = |x: Self| is_exact_product(x, x);
+        Ball::new(sum, of_square(0) + of_square(1) + of_square(2))
+            .unless_tiny(|| p.into_iter().all(is_exact))
+    }
+
+    fn power(base: Self, exponent: f64) -> Self {
+        let (power, error) = T::power_of(base.middle, exponent);
+        if base.radius == 0.0 {
+            return Ball::new((power, error), 0.0).unless_tiny(|| true);
+        }
+        if !(exponent >= 0.0) {
+            return Ball { middle: power, radius: f64::INFINITY };
+        }
+        // b (1 + r) to the power of n is bⁿ (1 + r)ⁿ, with (1 + r)ⁿ - 1 <= exp(n r) - 1, which is at
+        // most 2 n r for n r <= 1; for n < 1 and r <= 1/2 it is at most 2 r downward.
+        let relative = base.radius / size(base.middle);
+        let growth = exponent.max(1.0) * relative;
+        if growth <= 0.5 {
+            let spread = (size(power) + error) * 2.0 * growth;
+            return Ball::new((power, error), spread).unless_tiny(|| false);
+        }
+        // Between 0 and the power of the largest base.
+        let (most, error) = T::power_of(T::from_f64(base.largest()), exponent);
+        Ball::new((power, error), size(most) + size(power)).unless_tiny(|| false)
+    }
+
+    fn turns(x: Self, z: Self) -> Self {
+        let (turns, error) = T::turns_of(x.middle, z.middle);
+        // So little before a whole turn that it was rounded to the seam.
+        let is_at_seam = turns == T::ZERO && x.middle < T::ZERO;
+        if is_at_seam {
+            return Ball { middle: turns, radius: f64::INFINITY };
+        }
+        if x.radius == 0.0 && z.radius == 0.0 {
+            return Ball { middle: turns, radius: error };
+        }
+        let is_on_seam = x.radius >= size(x.middle) && !(z.middle < T::ZERO);
+        let (spread, distance) = (up(x.radius + z.radius), size(x.middle).max(size(z.middle)));
+        let rest = distance - spread;
+        if is_on_seam || !(rest > 0.0) {
+            return Ball { middle: turns, radius: f64::INFINITY };
+        }
+        // A point moves around the axis by at most as much as it moves by, over its distance.
+        let moved = spread / (rest * std::f64::consts::TAU);
+        Ball::new((turns, error), up(moved)).unless_tiny(|| false)
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        // The smaller of two numbers moves no more than the one that moves more.
+        Ball { middle: self.middle.min(other.middle), radius: wider(self.radius, other.radius) }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Ball { middle: self.middle.max(other.middle), radius: wider(self.radius, other.radius) }
+    }
+
+    #[inline(always)]
+    fn total_cmp(&self, other: &Self) -> Ordering {
+        self.middle.total_cmp(&other.middle)
+    }
+
+    #[inline(always)]
+    fn is_nan(self) -> bool {
+        self.middle.is_nan()
+    }
+
+    #[inline(always)]
+    fn exceeds(self, tolerance: f64) -> bool {
+        let middle = self.middle.to_f64();
+        if self.is_sign_certain() {
+            return middle > 0.0;
+        }
+        doubt();
+        middle > tolerance
+    }
+
+    #[inline(always)]
+    fn vanishes(self, tolerance: f64) -> bool {
+        let middle = self.middle.to_f64();
+        if self.is_sign_certain() {
+            return middle == 0.0;
+        }
+        doubt();
+        middle.abs() <= tolerance
+    }
+
+    #[inline(always)]
+    fn is_below(self, bound: f64) -> bool {
+        let size = size(self.middle);
+        let is_certain =
+            self.radius == 0.0 || (size - bound).abs() > up(self.radius + up(bound) - bound);
+        if !is_certain {
+            doubt();
+        }
+        size < bound
+    }
+
+    #[inline(always)]
+    fn is_surely_zero(self) -> bool {
+        self.radius == 0.0 && self.middle == T::ZERO
+    }
+
+    #[inline(always)]
+    fn radius(self) -> f64 {
+        self.radius
+    }
+
+    fn nearest_double(self) -> f64 {
+        let [low, high] = T::nearest_doubles(self.middle, self.radius);
+        if low != high {
+            doubt();
+        }
+        self.middle.to_f64()
+    }
+
+    fn ends(self) -> [f64; 2] {
+        T::nearest_doubles(self.middle, self.radius)
+    }
+
+    #[inline(always)]
+    fn take_doubt() -> bool {
+        DOUBT.take()
+    }
+}
+
+/// The larger of two radii, NaN if either is.
+#[inline(always)]
+fn wider(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
+}

@@ -1,0 +1,270 @@
+//! Balls against numbers of 256 bits: whatever real numbers the operands stand for, the result of the
+//! operation on those is in the ball that the operation on the balls gives.
+
+use dashu_float::FBig;
+use dashu_float::round::mode::HalfEven;
+
+use super::*;
+
+type Big = FBig<HalfEven>;
+
+fn big(value: f64) -> Big {
+    Big::try_from(value).expect("finite").with_precision(256).value()
+}
+
+/// What tells a number's exact value.
+trait Exactly: Bounding {
+    fn exactly(self) -> Big;
+
+    /// A number with all the digits of its type, near a double.
+    fn with_digits(hi: f64, rest: f64) -> Self;
+}
+
+impl Exactly for f64 {
+    fn exactly(self) -> Big {
+        big(self)
+    }
+
+    fn with_digits(hi: f64, _: f64) -> f64 {
+        hi
+    }
+}
+
+impl Exactly for Dd {
+    fn exactly(self) -> Big {
+        big(self.hi) + big(self.lo)
+    }
+
+    fn with_digits(hi: f64, rest: f64) -> Dd {
+        Dd::from(hi) + Dd::from(rest * hi * f64::EPSILON / 2.0)
+    }
+}
+
+/// A sequence of numbers.
+struct Numbers(u64);
+
+impl Numbers {
+    /// From 0 to 1.
+    fn unit(&mut self) -> f64 {
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// From -1 to 1.
+    fn signed(&mut self) -> f64 {
+        2.0 * self.unit() - 1.0
+    }
+
+    /// Of any sign and of sizes from 2^-20 to 2^20; often one of few digits.
+    fn middle<T: Exactly>(&mut self) -> T {
+        let scale = f64::exp2((40.0 * self.unit() - 20.0).round());
+        if self.unit() < 0.2 {
+            return T::from_f64((4.0 * self.signed()).round() * scale);
+        }
+        let hi = self.signed() * scale;
+        T::with_digits(hi, self.signed())
+    }
+
+    /// A ball, and a number in it: often at its edge, and often the ball is but that number.
+    fn ball<T: Exactly>(&mut self) -> (Ball<T>, Big) {
+        let middle: T = self.middle();
+        self.around(middle)
+    }
+
+    fn around<T: Exactly>(&mut self, middle: T) -> (Ball<T>, Big) {
+        let relative = f64::exp2(-110.0 * self.unit());
+        let radius = if self.unit() < 0.3 { 0.0 } else { size(middle) * relative };
+        let offset = match (4.0 * self.unit()) as u32 {
+            0 => radius,
+            1 => -radius,
+            _ => self.signed() * radius,
+        };
+        (Ball { middle, radius }, middle.exactly() + big(offset))
+    }
+}
+
+#[track_caller]
+fn assert_holds<T: Exactly>(ball: Ball<T>, number: &Big, what: &str) {
+    if !ball.radius.is_finite() || !ball.middle.to_f64().is_finite() {
+        return;
+    }
+    let off = (ball.middle.exactly() - number).to_f64().value().abs();
+    // The bound that is meant is exact; `off` is rounded.
+    assert!(off <= ball.radius * (1.0 + f64::EPSILON), "{what}: {ball:?} is off by {off:e}");
+}
+
+/// Runs a case on many numbers, in both types.
+fn all(n: usize, mut in_f64: impl FnMut(&mut Numbers), mut in_dd: impl FnMut(&mut Numbers)) {
+    let mut numbers = Numbers(7);
+    for _ in 0..n {
+        in_f64(&mut numbers);
+        in_dd(&mut numbers);
+    }
+}
+
+fn operations<T: Exactly>(numbers: &mut Numbers) {
+    let ((a, x), (b, y), (c, z)): ((Ball<T>, Big), (Ball<T>, Big), (Ball<T>, Big)) =
+        (numbers.ball(), numbers.ball(), numbers.ball());
+    assert_holds(a + b, &(&x + &y), "sum");
+    assert_holds(a - b, &(&x - &y), "difference");
+    assert_holds(a * b, &(&x * &y), "product");
+    assert_holds(a.mul_add(b, c), &(&x * &y + &z), "product and sum");
+    assert_holds(-a, &-&x, "negation");
+    if y != Big::ZERO {
+        assert_holds(a / b, &(&x / &y), "quotient");
+    }
+    if x > Big::ZERO {
+        assert_holds(a.sqrt_or_zero(), &x.sqrt(), "root");
+    }
+    let smaller = if x < y { &x } else { &y };
+    let larger = if x < y { &y } else { &x };
+    assert_holds(a.min(b), smaller, "minimum");
+    assert_holds(a.max(b), larger, "maximum");
+}
+
+#[test]
+fn operations_hold_their_results() {
+    all(20_000, operations::<f64>, operations::<Dd>);
+}
+
+/// Sums of products of which much cancels, or all.
+fn cancelling<T: Exactly>(numbers: &mut Numbers) {
+    let ((a, x), (b, y)): ((Ball<T>, Big), (Ball<T>, Big)) = (numbers.ball(), numbers.ball());
+    let apart = if numbers.unit() < 0.2 { 0.0 } else { f64::exp2(-100.0 * numbers.unit()) };
+    let near = |t: T, numbers: &mut Numbers| t + t * T::from_f64(apart * numbers.signed());
+    let (c, d) = (near(a.middle, numbers), near(b.middle, numbers));
+    let ((c, z), (d, w)) = (numbers.around(c), numbers.around(d));
+    let exact = &x * &y - &z * &w;
+    assert_holds(Ball::difference_of_products(a, b, c, d), &exact, "difference of products");
+    let term = near(-(a.middle * b.middle), numbers);
+    let (term, t) = numbers.around(term);
+    assert_holds(a.mul_add(b, term), &(&x * &y + t), "product and sum");
+    let unit = numbers.unit() * 90.0;
+    let (sin, cos) = Dd::sin_cos_degrees(unit);
+    let [sin, cos] = [sin, cos].map(|x| near(T::from_dd(x), numbers));
+    let ((p, px), (q, qx), (r, rx)) =
+        (numbers.around(sin), numbers.around(cos), numbers.ball::<T>());
+    let exact = &px * &px + &qx * &qx - big(1.0);
+    let found = Ball::signed_squares([1.0, 0.0, 1.0], [p, r, q], 1.0);
+    assert_holds(found, &exact, "squares of a cylinder");
+    let exact = &px * &px + &qx * &qx - &rx * &rx;
+    let found = Ball::signed_squares([1.0, -1.0, 1.0], [p, r, q], 0.0);
+    assert_holds(found, &exact, "squares of a cone");
+}
+
+#[test]
+fn sums_that_cancel_hold_their_results() {
+    all(20_000, cancelling::<f64>, cancelling::<Dd>);
+}
+
+fn powers<T: Exactly>(numbers: &mut Numbers) {
+    let (ball, x): (Ball<T>, Big) = numbers.ball();
+    if x <= Big::ZERO || ball.middle.to_f64() <= 0.0 {
+        return;
+    }
+    let exponent = (numbers.unit() - 0.2) * 40.0;
+    let exponent = if numbers.unit() < 0.5 { exponent.round() } else { exponent };
+    let exact = (x.ln() * big(exponent)).exp();
+    // Logarithms and exponentials of 256 bits, not exact ones.
+    let found = Ball::power(ball, exponent);
+    let room = Ball { radius: found.radius + 1e-60 * size(found.middle), ..found };
+    assert_holds(room, &exact, "power");
+}
+
+#[test]
+fn powers_hold_their_results() {
+    all(3_000, powers::<f64>, powers::<Dd>);
+}
+
+fn angles<T: Exactly>(numbers: &mut Numbers) {
+    let (turn, distance) = (360.0 * numbers.unit(), f64::exp2(20.0 * numbers.signed()));
+    let (sin, cos) = Dd::sin_cos_degrees(turn);
+    let [x, z] = [sin, cos].map(|x| T::from_dd(x * Dd::from(distance)));
+    let ((x, px), (z, pz)) = (numbers.around(x), numbers.around(z));
+    let found = Ball::turns(x, z);
+    // The tangent of the angle between what was found and the point, by the addition theorem.
+    let (sin, cos) = Dd::sin_cos_degrees(found.to_f64() * 360.0);
+    let [sin, cos] = [sin, cos].map(Exactly::exactly);
+    let (across, along) = (&px * &cos - &pz * &sin, &px * &sin + &pz * &cos);
+    assert!(along > Big::ZERO || !found.radius.is_finite());
+    let between = (across / along).to_f64().value().abs().atan() / std::f64::consts::TAU;
+    // What was found is rounded to a double here, as is its product with 360.
+    let room = 3.0 * f64::EPSILON;
+    assert!(between <= found.radius * (1.0 + 4.0 * f64::EPSILON) + room, "{found:?} {between:e}");
+}
+
+#[test]
+fn angles_hold_their_results() {
+    all(5_000, angles::<f64>, angles::<Dd>);
+}
+
+/// Whether something leaves a doubt.
+fn doubts<X>(decide: impl FnOnce() -> X) -> bool {
+    let _ = Ball::<f64>::take_doubt();
+    decide();
+    Ball::<f64>::take_doubt()
+}
+
+#[test]
+fn only_what_overlaps_is_in_doubt() {
+    let ball = |middle: f64, radius: f64| Ball { middle, radius };
+    let (one, near, far) = (ball(1.0, 1e-10), ball(1.0 + 1e-10, 1e-11), ball(1.0 + 1e-9, 1e-11));
+    assert!(doubts(|| one < near) && doubts(|| one == near) && doubts(|| one >= one));
+    assert!(!doubts(|| one < far) && one < far && far > one && one != far && far >= one);
+    let (zero, exact) = (Ball::<f64>::ZERO, ball(3.0, 0.0));
+    assert!(!doubts(|| exact == exact) && !doubts(|| zero <= zero) && exact == ball(3.0, 0.0));
+    let infinite = ball(f64::INFINITY, 0.0);
+    assert!(!doubts(|| infinite > one) && !doubts(|| infinite == infinite) && infinite > one);
+    assert!(doubts(|| ball(f64::NAN, 0.0) < one) && doubts(|| one < ball(2.0, f64::INFINITY)));
+    assert!(doubts(|| one < ball(2.0, f64::NAN)));
+    // What is asked of one number.
+    let small = ball(1e-20, 1e-19);
+    assert!(doubts(|| small.exceeds(0.0)) && doubts(|| small.vanishes(0.0)));
+    assert!(!doubts(|| small.is_below(1e-3)) && small.is_below(1e-3) && !one.is_below(1e-3));
+    assert!(
+        doubts(|| small.is_below(1e-19)) && !doubts(|| zero.exceeds(0.0)) && !zero.exceeds(0.0)
+    );
+    assert!(one.exceeds(2.0) && zero.vanishes(0.0) && !one.vanishes(2.0));
+    assert!(doubts(|| ball(f64::NAN, 0.0).exceeds(0.0)));
+}
+
+#[test]
+fn doubles_nearest_to_a_ball_are_certain_or_in_doubt() {
+    let third = Ball { middle: Dd::ONE / Dd::from(3.0), radius: 1e-30 };
+    assert!(!doubts(|| third.nearest_double()));
+    assert_eq!(third.nearest_double(), 1.0 / 3.0);
+    // Half way between two doubles.
+    let tie = Dd::ONE + Dd::from(f64::EPSILON / 2.0);
+    assert!(doubts(|| Ball { middle: tie, radius: 1e-30 }.nearest_double()));
+    assert!(!doubts(|| Ball { middle: tie, radius: 0.0 }.nearest_double()));
+    assert!(doubts(|| Ball { middle: 0.5, radius: 1e-17 }.nearest_double()));
+}
+
+#[test]
+fn the_seam_is_in_doubt_and_exact_angles_are_not() {
+    let turns = |x: (f64, f64), z: (f64, f64)| {
+        let ball = |(middle, radius): (f64, f64)| Ball { middle, radius };
+        Ball::turns(ball(x), ball(z))
+    };
+    assert!(turns((1e-20, 1e-19), (1.0, 0.0)).radius.is_infinite());
+    assert!(turns((-1e-20, 0.0), (1.0, 0.0)).radius.is_infinite());
+    assert!(turns((0.0, 1e-19), (0.0, 1e-19)).radius.is_infinite());
+    for (x, z, turn) in [(0.0, 1.0, 0.0), (1.0, 0.0, 0.25), (1.0, 1.0, 0.125), (0.0, -1.0, 0.5)] {
+        let found = turns((x, 0.0), (z, 0.0));
+        assert_eq!((found.middle, found.radius), (turn, 0.0));
+    }
+    assert!(turns((1e-20, 1e-19), (-1.0, 0.0)).radius < 1e-15);
+}
+
+#[test]
+fn bounds_survive_underflow() {
+    let tiny = Ball { middle: 1e-200, radius: 0.0 };
+    let product = tiny * tiny;
+    assert_eq!(product.middle, 0.0);
+    assert!(product.radius > 0.0, "1e-400 is not 0");
+    let quotient = Ball { middle: 1e-300, radius: 0.0 } / Ball { middle: 3e200, radius: 0.0 };
+    assert!(quotient.radius > 0.0);
+    let (zero, two) = (Ball::<f64>::ZERO, Ball { middle: 2.0, radius: 0.0 });
+    assert_eq!(((zero * two).radius, (zero / two).radius, (two * two).radius), (0.0, 0.0, 0.0));
+}
