@@ -10,6 +10,16 @@ pub(crate) struct SurfaceOut {
     pub(crate) phong_exp: f64,
 }
 
+/// Where a bounded shader leaves its results.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct BoundedOut {
+    /// Red, green, blue, kd, ks, n.
+    pub(crate) values: [f64; 6],
+    /// How far off they may be.
+    pub(crate) errors: [f64; 6],
+}
+
 /// A shader returns this when it has written its results.
 pub(crate) const DONE: i32 = 0;
 /// A shader returns this when the interpreter must do the call: nothing has been written.
@@ -23,6 +33,18 @@ pub(crate) type SurfaceFn = unsafe extern "C" fn(
     v: f64,
     fuel: i64,
     out: *mut SurfaceOut,
+) -> i32;
+
+/// Native code of a bounded shader: as [`SurfaceFn`], with the radii of u and v behind them.
+pub(crate) type BoundedFn = unsafe extern "C" fn(
+    uniforms: *const u64,
+    face: i64,
+    u: f64,
+    v: f64,
+    u_radius: f64,
+    v_radius: f64,
+    fuel: i64,
+    out: *mut BoundedOut,
 ) -> i32;
 
 #[cfg(test)]
@@ -40,5 +62,6 @@ mod tests {
             offset_of!(SurfaceOut, phong_exp),
         ];
         assert_eq!(offsets, [0, 24, 32, 40]);
+        assert_eq!((size_of::<BoundedOut>(), offset_of!(BoundedOut, errors)), (96, 48));
     }
 }

@@ -15,9 +15,10 @@ use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Module, default_libcall_names};
 use glam::DVec3;
-use renderer::surface::SurfaceSample;
+use renderer::surface::{Bounded, BoundedSample, SurfaceSample};
+use vm::surfaces;
 
-use crate::abi::{DONE, SurfaceFn, SurfaceOut};
+use crate::abi::{BoundedFn, BoundedOut, DONE, SurfaceFn, SurfaceOut};
 use crate::lower::{self, Surroundings};
 use crate::sir::Shader;
 use crate::text::{self, Names, Text};
@@ -28,14 +29,15 @@ const STACK_BYTES: u64 = 256 << 10;
 /// The part of a frame that is not below its frame pointer: that and the return address.
 const FRAME_EDGE: u64 = 16;
 
-/// The machine code of one shader, and its tables.
-pub(crate) struct Code {
-    entry: SurfaceFn,
+/// The machine code of one shader, which is called as `F`, and its tables.
+pub(crate) struct Code<F = SurfaceFn> {
+    entry: F,
     /// Addresses and sizes of the functions that it consists of.
     parts: Vec<(usize, usize)>,
     /// What the code reads by address.
     _tables: Vec<Box<[u64]>>,
     _memory: Memory,
+    n_uniforms: u32,
     pub(crate) n_bytes: usize,
 }
 
@@ -48,8 +50,9 @@ unsafe impl Sync for Memory {}
 
 impl Drop for Memory {
     fn drop(&mut self) {
-        // SAFETY: the module is taken once, here. Its code runs only in `Code::call`, which borrows
-        // the `Code` that owns this memory, so that no call is active and none can follow.
+        // SAFETY: the module is taken once, here. Its code runs only in the methods of `Code` that
+        // call it, which borrow the `Code` that owns this memory, so that no call is active and none
+        // can follow.
         unsafe { ManuallyDrop::take(&mut self.0).free_memory() }
     }
 }
@@ -76,18 +79,16 @@ pub(crate) fn isa() -> Option<OwnedTargetIsa> {
     ISA.get_or_init(make).clone()
 }
 
-impl Code {
-    /// Compiles a shader, at most `max_calls` calls of whose routines may be active at once; `text` is
-    /// filled with the forms that it takes on the way.
-    ///
-    /// # Errors
-    /// Cranelift's words for what it cannot do.
-    pub(crate) fn compile(
+impl<F> Code<F> {
+    /// Compiles a shader; `entry` makes what is called of the address of a function with the
+    /// signature that `lower` gives the shader.
+    fn make(
         shader: &Shader,
         max_calls: u64,
         isa: &OwnedTargetIsa,
         text: Option<&mut Text>,
-    ) -> Result<Code, String> {
+        entry: impl FnOnce(*const u8) -> F,
+    ) -> Result<Self, String> {
         let tables: Vec<Box<[u64]>> =
             shader.tables.iter().map(|table| table.entries.clone().into_boxed_slice()).collect();
         let addresses: Vec<*const u64> = tables.iter().map(|table| table.as_ptr()).collect();
@@ -107,16 +108,37 @@ impl Code {
         let address_of = |id| memory.0.get_finalized_function(id);
         let parts = made.iter().map(|(id, n_bytes)| (address_of(*id) as usize, *n_bytes)).collect();
         let n_bytes = made.iter().map(|(_, n_bytes)| n_bytes).sum();
-        let address = address_of(made[0].0);
-        // SAFETY: the address is that of the function just defined, which `lower` gave the
-        // signature of `SurfaceFn`; it stays valid while `memory` lives.
-        let entry = unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) };
-        Ok(Code { entry, parts, _tables: tables, _memory: memory, n_bytes })
+        let entry = entry(address_of(made[0].0));
+        let n_uniforms = shader.n_uniforms;
+        Ok(Code { entry, parts, _tables: tables, _memory: memory, n_uniforms, n_bytes })
     }
 
     /// The addresses and sizes of its functions.
     pub(crate) fn parts(&self) -> impl Iterator<Item = (usize, usize)> {
         self.parts.iter().copied()
+    }
+
+}
+
+impl Code {
+    /// Compiles a shader, at most `max_calls` calls of whose routines may be active at once; `text` is
+    /// filled with the forms that it takes on the way.
+    ///
+    /// # Errors
+    /// Cranelift's words for what it cannot do.
+    pub(crate) fn compile(
+        shader: &Shader,
+        max_calls: u64,
+        isa: &OwnedTargetIsa,
+        text: Option<&mut Text>,
+    ) -> Result<Self, String> {
+        assert!(!shader.is_bounded, "a plain shader");
+        Code::make(shader, max_calls, isa, text, |address| {
+            // SAFETY: the address is that of the function just defined, to which `lower` gives the
+            // signature of `SurfaceFn`, as the shader is not bounded; it stays valid while the memory
+            // lives, which the `Code` owns.
+            unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) }
+        })
     }
 
     /// Calls the shader; none if the interpreter must do it. `uniforms` are as many as the shader
@@ -162,6 +184,49 @@ fn sample(out: &SurfaceOut) -> SurfaceSample {
     }
 }
 
+impl Code<BoundedFn> {
+    /// Compiles a bounded shader, at most `max_calls` calls of whose routines may be active at once.
+    ///
+    /// # Errors
+    /// Cranelift's words for what it cannot do.
+    pub(crate) fn compile_bounded(
+        shader: &Shader,
+        max_calls: u64,
+        isa: &OwnedTargetIsa,
+    ) -> Result<Self, String> {
+        assert!(shader.is_bounded, "a bounded shader");
+        Code::make(shader, max_calls, isa, None, |address| {
+            // SAFETY: the address is that of the function just defined, to which `lower` gives the
+            // signature of `BoundedFn`, as the shader is bounded; it stays valid while the memory
+            // lives, which the `Code` owns.
+            unsafe { std::mem::transmute::<*const u8, BoundedFn>(address) }
+        })
+    }
+
+    /// Calls the bounded shader; none if it has left.
+    fn call(
+        &self,
+        uniforms: &[u64],
+        face: u8,
+        u: Bounded,
+        v: Bounded,
+        fuel: i64,
+    ) -> Option<BoundedOut> {
+        assert_eq!(uniforms.len(), self.n_uniforms as usize, "a shader and its uniforms fit");
+        let (uniforms, face) = (uniforms.as_ptr(), i64::from(face));
+        let mut out = MaybeUninit::uninit();
+        // SAFETY: as for plain shaders: `entry` is finalized code of this signature in memory that
+        // `self` owns. It reads as many uniforms as it was compiled for, which has been checked, and
+        // tables that `self` owns, at checked indices; it writes nothing but `out`, does not unwind,
+        // and takes no more of the stack than `STACK_BYTES`.
+        let status = unsafe {
+            (self.entry)(uniforms, face, u.value, v.value, u.error, v.error, fuel, out.as_mut_ptr())
+        };
+        // SAFETY: code that returns `DONE` has written all results.
+        (status == DONE).then(|| unsafe { out.assume_init() })
+    }
+}
+
 /// The making of a shader's code.
 struct Making<'m> {
     module: &'m mut JITModule,
@@ -189,7 +254,7 @@ impl Making<'_> {
             made.push((*id, self.define(*id, signature, &ids, Some(number), 0)?));
         }
         let config = self.module.target_config();
-        let signature = lower::signature(config.default_call_conv, config.pointer_type());
+        let signature = lower::signature(self.shader, config.default_call_conv, config.pointer_type());
         let main = self.declare(&signature)?;
         let max_calls = max_calls.min(STACK_BYTES / self.max_frame.max(1));
         made.insert(0, (main, self.define(main, signature, &ids, None, max_calls as i64)?));
@@ -261,9 +326,8 @@ pub(crate) struct Native {
 }
 
 impl Native {
-    /// `n_uniforms` is what the code was compiled for.
-    pub(crate) fn new(code: Arc<Code>, n_uniforms: u32, uniforms: Vec<u64>, fuel: i64) -> Self {
-        assert_eq!(uniforms.len(), n_uniforms as usize, "a shader and its uniforms fit");
+    pub(crate) fn new(code: Arc<Code>, uniforms: Vec<u64>, fuel: i64) -> Self {
+        assert_eq!(uniforms.len(), code.n_uniforms as usize, "a shader and its uniforms fit");
         Native { code, uniforms: uniforms.into_boxed_slice(), fuel }
     }
 
@@ -274,5 +338,19 @@ impl Native {
     #[inline(always)]
     pub(crate) fn call(&self, face: u8, u: f64, v: f64) -> Option<SurfaceSample> {
         self.code.call(&self.uniforms, face, u, v, self.fuel)
+    }
+
+    /// Calls the bounded version of the shader; none if it has left.
+    pub(crate) fn call_bounded(
+        &self,
+        code: &Code<BoundedFn>,
+        face: u8,
+        u: Bounded,
+        v: Bounded,
+    ) -> Option<BoundedSample> {
+        let BoundedOut { values, errors } = code.call(&self.uniforms, face, u, v, self.fuel)?;
+        let [red, green, blue, kd, ks, phong_exp] =
+            std::array::from_fn(|index| surfaces::bounded(values[index], errors[index]));
+        Some(BoundedSample { color: [red, green, blue], kd, ks, phong_exp })
     }
 }

@@ -12,6 +12,8 @@
 #![deny(unsafe_code)]
 
 mod abi;
+mod bounded;
+mod certify;
 mod code;
 #[cfg(target_arch = "x86_64")]
 mod decode;

@@ -18,13 +18,16 @@ use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
 use crate::abi::{DONE, LEFT};
 use crate::runtime;
 use crate::sir::{
-    Block, Body, FACE, Inst, N_ARGUMENTS, Routine, Shader, Site, Term, Type, U, V, Val,
+    Block, Body, FACE, Inst, N_ARGUMENTS, Relation, Routine, Shader, Site, Term, Type, U, V, Val,
 };
 
-/// The signature of [`SurfaceFn`](crate::abi::SurfaceFn).
-pub(crate) fn signature(call_conv: CallConv, pointer: ir::Type) -> Signature {
+/// The signature of [`SurfaceFn`](crate::abi::SurfaceFn), or of
+/// [`BoundedFn`](crate::abi::BoundedFn) if the shader is a bounded one.
+pub(crate) fn signature(shader: &Shader, call_conv: CallConv, pointer: ir::Type) -> Signature {
     let mut signature = Signature::new(call_conv);
-    let params = [pointer, types::I64, types::F64, types::F64, types::I64, pointer];
+    let radii = shader.radii().map(|_| types::F64);
+    let point = [pointer, types::I64, types::F64, types::F64];
+    let params = point.into_iter().chain(radii).chain([types::I64, pointer]);
     signature.params.extend(params.map(AbiParam::new));
     signature.returns.push(AbiParam::new(types::I32));
     signature
@@ -162,9 +165,13 @@ impl Lowering<'_, '_> {
     }
 
     fn enter_shader(&mut self, entry: ir::Block) {
-        let [uniforms, face, u, v, fuel, out] = self.builder.block_params(entry)[..] else {
-            unreachable!("the signature has six parameters")
+        let [uniforms, face, u, v, radii @ .., fuel, out] = self.builder.block_params(entry) else {
+            unreachable!("the signature has these parameters")
         };
+        let (uniforms, face, u, v, fuel, out) = (*uniforms, *face, *u, *v, *fuel, *out);
+        for (val, &value) in self.around.shader.radii().zip(radii) {
+            self.values[val.0 as usize] = Some(value);
+        }
         for (val, value) in [(FACE, face), (U, u), (V, v)] {
             self.values[val.0 as usize] = Some(value);
         }
@@ -388,6 +395,20 @@ impl Lowering<'_, '_> {
                 }
             }
             Inst::Entry { table, index } => self.entry_of_table(table, index),
+            Inst::Abs(val) => {
+                let value = self.value(val);
+                self.builder.ins().fabs(value)
+            }
+            Inst::Require(relation, [a, b]) => {
+                let (a, b) = (self.value(a), self.value(b));
+                let otherwise = match relation {
+                    Relation::Less => FloatCC::UnorderedOrGreaterThanOrEqual,
+                    Relation::AtMost => FloatCC::UnorderedOrGreaterThan,
+                };
+                let is_otherwise = self.builder.ins().fcmp(otherwise, a, b);
+                self.leave_if(is_otherwise);
+                a
+            }
         }
     }
 

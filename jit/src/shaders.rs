@@ -7,13 +7,17 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use compiler::source::Span;
-use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use renderer::surface::{
+    BoundedSample, Locate, LocateBounded, Needs, SurfaceEval, SurfaceId, SurfacePoint,
+    SurfaceSample,
+};
 use vm::error::Error;
 use vm::machine::Limits;
 use vm::program::LoadedProgram;
 use vm::surfaces::InterpSurfaces;
 use vm::value::Closure;
 
+use crate::certify::BoundedCode;
 use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
 use crate::sir::{Body, FACE, Shader, U, V};
@@ -37,8 +41,8 @@ const WARM_FUEL: u64 = 20_000;
 
 /// Fuel that the interpreter burns while a shader is compiled (about 0.2 ms, and 3 µs for each
 /// instruction).
-const COMPILE_FUEL: u64 = 100_000;
-const COMPILE_FUEL_PER_INST: u64 = 1_500;
+pub(crate) const COMPILE_FUEL: u64 = 100_000;
+pub(crate) const COMPILE_FUEL_PER_INST: u64 = 1_500;
 
 /// A shader is compiled when the interpreter has spent so many times what compiling takes. An image
 /// that ends at this very moment, with a third of its time spent on surfaces, has lost a twelfth.
@@ -121,19 +125,20 @@ pub struct Shaders<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
     pub(crate) surfaces: &'p [Arc<Closure>],
     limits: Limits,
+    pub(crate) tiering: Tiering,
     pub(crate) slots: Vec<Slot>,
     /// Fuel that calls have used up by interpretation, by function, before specializing.
     spent: Vec<AtomicU64>,
     cache: Mutex<Cache>,
     observer: Option<Observer<'p>>,
     specializing: Stopwatch,
-    generating: Stopwatch,
+    pub(crate) generating: Stopwatch,
 }
 
 /// What is known of a surface.
 #[derive(Default)]
 pub(crate) struct Slot {
-    variant: OnceLock<Result<Bound, Unsupported>>,
+    pub(crate) variant: OnceLock<Result<Bound, Unsupported>>,
     /// Set once nothing more is to be decided.
     pub(crate) tier: OnceLock<Tier>,
 }
@@ -151,6 +156,8 @@ pub(crate) struct Variant {
     /// Fuel that calls have used up by interpretation since.
     spent: AtomicU64,
     code: OnceLock<Result<Arc<Code>, Unsupported>>,
+    /// The bounded versions, by what is not known of the point: u, v, or both.
+    pub(crate) bounded: [BoundedCode; 3],
 }
 
 impl Variant {
@@ -162,8 +169,7 @@ impl Variant {
     /// call.
     fn is_hot(&self, fuel: u64) -> bool {
         let spent = self.spent.fetch_add(fuel, Ordering::Relaxed) + fuel;
-        let bodies = self.shader.routines.iter().map(|routine| &routine.body);
-        let n_insts: usize = bodies.chain([&self.shader.main]).map(Body::n_insts).sum();
+        let n_insts: usize = self.shader.bodies().map(Body::n_insts).sum();
         spent / PATIENCE > COMPILE_FUEL + COMPILE_FUEL_PER_INST * n_insts as u64
     }
 }
@@ -202,6 +208,7 @@ impl<'p> Shaders<'p> {
             program,
             surfaces,
             limits,
+            tiering,
             slots: surfaces.iter().map(|_| Slot::default()).collect(),
             spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
@@ -257,7 +264,7 @@ impl<'p> Shaders<'p> {
 
     /// Counts a call by interpretation, and decides how to go on when the time has come. `sample` is
     /// what the call gave.
-    fn warm_up(&self, index: usize, fuel: u64, sample: SurfaceSample) {
+    pub(crate) fn warm_up(&self, index: usize, fuel: u64, sample: SurfaceSample) {
         let spent = &self.spent[self.surfaces[index].function as usize];
         let is_due = match self.slots[index].variant.get() {
             Some(Ok(bound)) => bound.variant.is_hot(fuel),
@@ -297,18 +304,23 @@ impl<'p> Shaders<'p> {
         }
         let compile = || {
             let code = self.generating.measure(|| self.code(index, shader, None))?;
-            if let Some(observer) = self.observer {
-                let span = self.span(index);
-                for (address, n_bytes) in code.parts() {
-                    observer(Region { span, address, n_bytes });
-                }
-            }
+            self.announce(index, &code);
             Ok(Arc::new(code))
         };
         let code = variant.code.get_or_init(compile).clone()?;
         let fuel = self.fuel(shader);
-        let native = Native::new(code, shader.n_uniforms, uniforms.clone(), fuel);
+        let native = Native::new(code, uniforms.clone(), fuel);
         Ok(Tier::Native(native, variant.needs))
+    }
+
+    /// Tells the observer of code for a surface.
+    pub(crate) fn announce<F>(&self, index: usize, code: &Code<F>) {
+        if let Some(observer) = self.observer {
+            let span = self.span(index);
+            for (address, n_bytes) in code.parts() {
+                observer(Region { span, address, n_bytes });
+            }
+        }
     }
 
     /// Machine code for a surface; `text` is filled with the forms that it takes on the way.
@@ -336,6 +348,7 @@ impl<'p> Shaders<'p> {
                     needs,
                     spent: AtomicU64::new(0),
                     code: OnceLock::new(),
+                    bounded: Default::default(),
                 }))
             });
             variant.clone().map(|variant| Bound { variant, uniforms: outline.uniforms })
@@ -367,8 +380,7 @@ impl<'p> Shaders<'p> {
     /// all of its body, and no body makes more memory than it pays for: what passes through those with
     /// arrays or closures leave fits into a quarter of the memory.
     fn fuel(&self, shader: &Shader) -> i64 {
-        let bodies = shader.routines.iter().map(|routine| &routine.body).chain([&shader.main]);
-        let by_memory = bodies.filter(|body| body.costs.n_holders > 0).map(|body| {
+        let by_memory = shader.bodies().filter(|body| body.costs.n_holders > 0).map(|body| {
             self.limits.max_memory / 4 / body.costs.memory.max(1) * body.costs.fuel.max(1)
         });
         let fuel = by_memory.fold(self.limits.fuel, u64::min);
@@ -376,7 +388,7 @@ impl<'p> Shaders<'p> {
     }
 
     /// How many calls of a shader's routines the interpreter can have active at once for sure.
-    fn max_calls(&self, shader: &Shader) -> u64 {
+    pub(crate) fn max_calls(&self, shader: &Shader) -> u64 {
         let bodies = || shader.routines.iter().map(|routine| routine.body.costs);
         let depth = self.limits.max_depth.saturating_sub(shader.main.costs.depth);
         let depth_of_call = bodies().map(|costs| costs.depth).max().unwrap_or(0).max(1);
@@ -401,8 +413,8 @@ fn needs(shader: &Shader) -> Needs {
 
 /// Evaluates surfaces for one thread.
 pub struct NativeSurfaces<'s> {
-    shaders: &'s Shaders<'s>,
-    interpreter: InterpSurfaces<'s>,
+    pub(crate) shaders: &'s Shaders<'s>,
+    pub(crate) interpreter: InterpSurfaces<'s>,
 }
 
 impl SurfaceEval for NativeSurfaces<'_> {
@@ -423,6 +435,15 @@ impl SurfaceEval for NativeSurfaces<'_> {
             Some(Tier::Interpreted(_)) => self.interpreter.eval(surface, at),
             None => self.eval_cold(index, surface, at),
         }
+    }
+
+    #[inline]
+    fn eval_bounded(
+        &mut self,
+        surface: SurfaceId,
+        at: &impl LocateBounded,
+    ) -> Option<BoundedSample> {
+        self.bounds(surface, at)
     }
 }
 

@@ -31,6 +31,8 @@ pub(crate) const U: Val = Val(1);
 pub(crate) const V: Val = Val(2);
 /// Number of arguments; value `N_ARGUMENTS + i` is uniform i.
 pub(crate) const N_ARGUMENTS: u32 = 3;
+/// Number of further arguments of a bounded shader, behind the uniforms: the radii of u and v.
+pub(crate) const N_RADII: u32 = 2;
 
 /// What defines a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,6 +60,17 @@ pub(crate) enum Inst {
         table: u32,
         index: Val,
     },
+    /// The size of a real.
+    Abs(Val),
+    /// The first real itself, checked to be so related to the second; leaves otherwise.
+    Require(Relation, [Val; 2]),
+}
+
+/// How two reals may be related; NaN is not related to anything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Relation {
+    Less,
+    AtMost,
 }
 
 /// How a block ends.
@@ -68,7 +81,8 @@ pub(crate) enum Term {
     Branch(Val, [Block; 2]),
     /// By an integer in range.
     Switch(Val, Vec<Block>),
-    /// Of a shader: red, green, blue, kd, ks, n. Of a routine: its results.
+    /// Of a shader: red, green, blue, kd, ks, n, and if it is a bounded one their radii. Of a routine:
+    /// its results.
     Return(Vec<Val>),
     /// Calls the routine of that number; goes on in the block, whose parameters are the results.
     Call(u32, Vec<Val>, Block),
@@ -114,6 +128,21 @@ pub(crate) struct Shader {
     pub(crate) n_uniforms: u32,
     /// The functions that were run.
     pub(crate) functions: BTreeSet<u32>,
+    /// Whether it takes the radii of u and v behind the uniforms, and returns those of its results.
+    pub(crate) is_bounded: bool,
+}
+
+impl Shader {
+    /// The code of the shader and of its routines.
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = &Body> {
+        self.routines.iter().map(|routine| &routine.body).chain([&self.main])
+    }
+
+    /// The radii of u and v, if it takes them.
+    pub(crate) fn radii(&self) -> impl Iterator<Item = Val> + use<> {
+        let first = N_ARGUMENTS + self.n_uniforms;
+        (first..first + if self.is_bounded { N_RADII } else { 0 }).map(Val)
+    }
 }
 
 /// Code that calls itself, or others that call it.
@@ -219,8 +248,8 @@ impl Inst {
     pub(crate) fn operands(&self) -> [Option<Val>; 2] {
         match *self {
             Inst::Real(_) | Inst::Int(_) | Inst::Bool(_) => [None, None],
-            Inst::IntOfBool(a) => [Some(a), None],
-            Inst::Scalar(_, [a, b]) => [Some(a), Some(b)],
+            Inst::IntOfBool(a) | Inst::Abs(a) => [Some(a), None],
+            Inst::Scalar(_, [a, b]) | Inst::Require(_, [a, b]) => [Some(a), Some(b)],
             Inst::Checked { index, .. } | Inst::Entry { index, .. } => [Some(index), None],
             Inst::Offset { offset, index, .. } => [offset, Some(index)],
         }
@@ -229,7 +258,7 @@ impl Inst {
     /// Whether it has no result for some operands.
     pub(crate) fn may_leave(&self) -> bool {
         match self {
-            Inst::Checked { .. } => true,
+            Inst::Checked { .. } | Inst::Require(..) => true,
             Inst::Scalar(op, _) => matches!(
                 op,
                 Operator::AddI

@@ -8,7 +8,10 @@ use glam::DVec3;
 use renderer::numeric::real::Real;
 use renderer::object::Object;
 use renderer::scene::Scene;
-use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use renderer::surface::{
+    Bounded, BoundedPoint, BoundedSample, Locate, LocateBounded, Needs, SurfaceEval, SurfaceId,
+    SurfacePoint, SurfaceSample,
+};
 
 use crate::error::{Error, Problem};
 use crate::machine::{Limits, Machine};
@@ -66,6 +69,43 @@ impl SurfaceEval for InterpSurfaces<'_> {
             self.machine.surfaces[index] = self.machine.import(&self.surfaces[index]);
         }
         self.machine.surface_at(index, at.locate(Needs::ALL))
+    }
+
+    fn eval_bounded(
+        &mut self,
+        surface: SurfaceId,
+        at: &impl LocateBounded,
+    ) -> Option<BoundedSample> {
+        let at = known(&at.locate_bounded(Needs::ALL), Needs::ALL)?;
+        self.eval(surface, &at).ok().as_ref().map(exact)
+    }
+}
+
+/// The point, if as much of it as is needed is known exactly: then evaluation is the bound.
+#[must_use]
+pub fn known(at: &BoundedPoint, needs: Needs) -> Option<SurfacePoint> {
+    let is_unknown =
+        |is_needed: bool, coordinate: Bounded| is_needed && coordinate.error != 0.0;
+    let has_unknown = is_unknown(needs.u, at.u) || is_unknown(needs.v, at.v);
+    (!has_unknown).then_some(SurfacePoint { face: at.face, u: at.u.value, v: at.v.value })
+}
+
+/// What is known of a number that differs from `value` by at most `error`: of NaN, nothing.
+#[must_use]
+pub fn bounded(value: f64, error: f64) -> Bounded {
+    let is_unknown = value.is_nan() || error.is_nan();
+    Bounded { value, error: if is_unknown { f64::INFINITY } else { error } }
+}
+
+/// The sample itself.
+#[must_use]
+pub fn exact(sample: &SurfaceSample) -> BoundedSample {
+    let exact = |value| bounded(value, 0.0);
+    BoundedSample {
+        color: sample.color.to_array().map(exact),
+        kd: exact(sample.kd),
+        ks: exact(sample.ks),
+        phong_exp: exact(sample.phong_exp),
     }
 }
 

@@ -222,6 +222,7 @@ impl<'p> Specializer<'p> {
             tables: self.tables,
             n_uniforms: outline.uniforms.len() as u32,
             functions: self.functions,
+            is_bounded: false,
         }
     }
 
