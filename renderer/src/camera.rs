@@ -33,7 +33,7 @@ pub struct View {
 }
 
 /// Where the eye is.
-fn eye<R: Real>() -> Vec3<R> {
+pub(crate) fn eye<R: Real>() -> Vec3<R> {
     Vec3::new(R::ZERO, R::ZERO, -R::ONE)
 }
 

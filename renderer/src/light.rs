@@ -155,8 +155,8 @@ impl<R: Real> Lamp<R> {
             }
             intensity = intensity * R::power(cos.max(R::ZERO), spot.exponent);
         }
-        let lit = intensity != Vec3::ZERO;
-        lit.then_some(Arriving { toward, shadow_dir, shadow_end: Some(R::ONE), intensity })
+        let is_dark = [intensity.x, intensity.y, intensity.z].into_iter().all(R::is_surely_zero);
+        (!is_dark).then_some(Arriving { toward, shadow_dir, shadow_end: Some(R::ONE), intensity })
     }
 }
 

@@ -11,9 +11,12 @@ use std::rc::Rc;
 use rayon::prelude::*;
 
 use crate::bounds::{self, Bounds};
+use crate::camera;
 use crate::hierarchy::Hierarchy;
 use crate::intern;
 use crate::numeric::affine::Affine;
+use crate::numeric::ball::Ball;
+use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::{NodeKind, Object, SetOp, ShapeKind};
@@ -57,6 +60,8 @@ pub(crate) struct Leaf<R> {
     /// the shift. They bound what rounding does to a ray's origin.
     pub(crate) linear_size: f64,
     pub(crate) shift_size: f64,
+    /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
+    pub(crate) at_eye: u8,
 }
 
 /// A part of the union that the scene is.
@@ -298,6 +303,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             .last()
             .map_or(0, |leaf| leaf.first_face + shape::forms(leaf.kind).len() as u32);
         let object_from_world: Affine<R> = placement.object_from_world.rounded();
+        let eye = placement.object_from_world.rounded::<Ball<Dd>>().point(camera::eye());
         self.scene.leaves.push(Leaf {
             kind,
             surface,
@@ -307,6 +313,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             object_from_world,
             linear_size: object_from_world.rows.iter().map(row_size).fold(0.0, f64::max),
             shift_size: object_from_world.shift.max_norm().to_f64(),
+            at_eye: shape::faces_at(kind, eye),
         });
         self.placements.push(placement);
     }

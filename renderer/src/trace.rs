@@ -60,7 +60,8 @@ impl<R: Real> Scene<R> {
                 dir,
                 self.faces_on(leaf, on),
             ),
-            _ => LocalRay::new(leaf.object_from_world.point(ray.origin), dir, 0),
+            Some(_) => LocalRay::new(leaf.object_from_world.point(ray.origin), dir, 0),
+            None => LocalRay::new(leaf.object_from_world.point(ray.origin), dir, leaf.at_eye),
         }
     }
 

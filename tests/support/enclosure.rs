@@ -126,7 +126,8 @@ pub fn check(
             }
         }
     }
-    let varying = bounds.iter().zip(furthest).filter(|(bound, far)| *far > 0.0 && bound.error.is_finite());
+    let varying =
+        bounds.iter().zip(furthest).filter(|(bound, far)| *far > 0.0 && bound.error.is_finite());
     tally.tightness.extend(varying.map(|(bound, far)| bound.error / far));
 }
 

@@ -54,6 +54,12 @@ fn size<T: Real>(x: T) -> f64 {
 }
 
 impl<T: Bounding> Ball<T> {
+    /// Whether 0 is one of the numbers.
+    pub(crate) fn holds_zero(self) -> bool {
+        let is_outside = size(self.middle) > up(self.radius);
+        !is_outside
+    }
+
     #[inline(always)]
     fn new((middle, error): (T, f64), radius: f64) -> Self {
         Ball { middle, radius: up(radius + error) }

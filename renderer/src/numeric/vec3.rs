@@ -96,7 +96,8 @@ impl<R: Real> Vec3<R> {
         if SAFE.contains(&largest) {
             return Some(self * (R::ONE / self.dot(self).sqrt_or_zero()));
         }
-        if self.is_zero() || !largest.is_finite() {
+        let is_number = largest > 0.0 && largest.is_finite();
+        if self.is_zero() || !is_number {
             return None;
         }
         // A power of two keeps the direction exact.

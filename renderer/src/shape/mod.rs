@@ -13,6 +13,7 @@ pub(crate) mod quadric;
 pub(crate) mod slab;
 pub(crate) mod sphere;
 
+use crate::numeric::ball::Ball;
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
@@ -102,6 +103,17 @@ pub(crate) fn forms(kind: ShapeKind) -> &'static [Form] {
         ShapeKind::Cone => &cone::FORMS,
         ShapeKind::Plane => &plane::FORMS,
     }
+}
+
+/// The faces, by bit, whose surfaces a point lies on, as far as its bounds can tell.
+pub(crate) fn faces_at(kind: ShapeKind, p: Vec3<Ball<Dd>>) -> u8 {
+    let coordinates: [Ball<Dd>; 3] = p.into();
+    let is_on = |form: &Form| match *form {
+        Form::Quadric { signs, k } => Ball::signed_squares(signs, coordinates, k).holds_zero(),
+        Form::Plane { axis, offset } => (coordinates[axis] - Ball::from_f64(offset)).holds_zero(),
+    };
+    let bits = forms(kind).iter().enumerate().map(|(face, form)| u8::from(is_on(form)) << face);
+    bits.fold(0, |bits, bit| bits | bit)
 }
 
 /// Where a ray's line is inside a shape.
