@@ -117,7 +117,6 @@ impl<F> Code<F> {
     pub(crate) fn parts(&self) -> impl Iterator<Item = (usize, usize)> {
         self.parts.iter().copied()
     }
-
 }
 
 impl Code {
@@ -254,7 +253,8 @@ impl Making<'_> {
             made.push((*id, self.define(*id, signature, &ids, Some(number), 0)?));
         }
         let config = self.module.target_config();
-        let signature = lower::signature(self.shader, config.default_call_conv, config.pointer_type());
+        let signature =
+            lower::signature(self.shader, config.default_call_conv, config.pointer_type());
         let main = self.declare(&signature)?;
         let max_calls = max_calls.min(STACK_BYTES / self.max_frame.max(1));
         made.insert(0, (main, self.define(main, signature, &ids, None, max_calls as i64)?));

@@ -84,8 +84,7 @@ impl SurfaceEval for InterpSurfaces<'_> {
 /// The point, if as much of it as is needed is known exactly: then evaluation is the bound.
 #[must_use]
 pub fn known(at: &BoundedPoint, needs: Needs) -> Option<SurfacePoint> {
-    let is_unknown =
-        |is_needed: bool, coordinate: Bounded| is_needed && coordinate.error != 0.0;
+    let is_unknown = |is_needed: bool, coordinate: Bounded| is_needed && coordinate.error != 0.0;
     let has_unknown = is_unknown(needs.u, at.u) || is_unknown(needs.v, at.v);
     (!has_unknown).then_some(SurfacePoint { face: at.face, u: at.u.value, v: at.v.value })
 }

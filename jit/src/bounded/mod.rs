@@ -19,9 +19,7 @@ mod operators;
 use std::collections::HashMap;
 
 use crate::bounded::exact::Inexact;
-use crate::sir::{
-    Block, BlockData, Body, Inst, Routine, Shader, Site, Term, Type, U, V, Val,
-};
+use crate::sir::{Block, BlockData, Body, Inst, Routine, Shader, Site, Term, Type, U, V, Val};
 
 /// What stands for a value of the plain shader.
 #[derive(Clone, Copy)]
@@ -118,7 +116,13 @@ impl<'b> Bounding<'b> {
                 params.extend([Some(pair.centre), pair.radius].into_iter().flatten());
             }
             let BlockData { site, is_loop, .. } = *block;
-            self.into.blocks.push(BlockData { params, insts: Vec::new(), term: None, site, is_loop });
+            self.into.blocks.push(BlockData {
+                params,
+                insts: Vec::new(),
+                term: None,
+                site,
+                is_loop,
+            });
         }
         for (index, block) in self.from.blocks.iter().enumerate() {
             self.block = Block(index as u32);
