@@ -19,8 +19,11 @@ use super::agreement::load;
 /// Coordinates that doubles can name within the bounds, in order; all of them if they are few.
 fn doubles(within: Bounded, n: u32) -> Vec<f64> {
     let Bounded { value, error } = within;
-    // Sums of two doubles that round outwards are moved back.
-    let is_in = |x: &f64| (x - value).abs() < error || *x == value;
+    // A rounded distance below the error means an exact one below it; from 0 it is exact.
+    let is_in = |x: &f64| {
+        let distance = (x - value).abs();
+        distance < error || *x == value || (value == 0.0 && distance == error)
+    };
     let mut found: Vec<f64> = Vec::new();
     let mut next = value;
     for _ in 0..n / 2 {
