@@ -5,7 +5,10 @@ use std::sync::Arc;
 
 use compiler::diagnostic::Diagnostic;
 use compiler::source::SourceMap;
-use renderer::surface::{SurfaceEval, SurfaceId, SurfacePoint};
+use renderer::surface::{
+    Bounded, BoundedPoint, BoundedSample, LocateBounded, Needs, SurfaceEval, SurfaceId,
+    SurfacePoint,
+};
 use vm::host::{Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
@@ -76,4 +79,26 @@ pub(crate) fn call<E: SurfaceEval>(evaluator: &mut E, face: u8, u: f64, v: f64) 
     };
     let [red, green, blue] = sample.color.to_array();
     [red, green, blue, sample.kd, sample.ks, sample.phong_exp]
+}
+
+/// A point that is known up to what a tracer of doubles is off by.
+struct Around(SurfacePoint);
+
+impl LocateBounded for Around {
+    fn locate_bounded(&self, _: Needs) -> BoundedPoint {
+        let SurfacePoint { face, u, v } = self.0;
+        let [u, v] = [u, v].map(|value| Bounded { value, error: 1e-15 });
+        BoundedPoint { face, u, v }
+    }
+}
+
+/// The centres of bounds of the only surface; where there are none, what it answers.
+#[inline(always)]
+pub(crate) fn call_bounded<E: SurfaceEval>(evaluator: &mut E, face: u8, u: f64, v: f64) -> Answer {
+    let at = Around(SurfacePoint { face, u, v });
+    let Some(sample) = evaluator.eval_bounded(SurfaceId(0), &at) else {
+        return call(evaluator, face, u, v);
+    };
+    let BoundedSample { color: [red, green, blue], kd, ks, phong_exp } = sample;
+    [red, green, blue, kd, ks, phong_exp].map(|bounded| bounded.value)
 }

@@ -6,9 +6,10 @@
 //! Rust must give the same bits. Lua counts in radians and must give the same sum up to rounding; it
 //! has a loop where GML has recursion. Machine code is called as the renderer calls it.
 //!
-//! A line has median and least time, and the median ratio to Rust's time in the same round. The lines
-//! `specialize` and `generate` are about compiling the function once, from bytecode to SSA and from
-//! there to machine code. Names on the command line select functions. Without `--bench`, which cargo
+//! A line has median and least time, and the median ratio to Rust's time in the same round. The line
+//! `bounded` is about machine code that gives bounds besides, for points known up to 1e-15. The lines
+//! `specialize`, `generate` and `bound` are about compiling the function once: from bytecode to SSA,
+//! from there to machine code, and to machine code with bounds. Names on the command line select functions. Without `--bench`, which cargo
 //! gives, all is checked but nothing timed.
 
 use std::hint::black_box;
@@ -17,7 +18,7 @@ use std::slice;
 use jit::shaders::{Evaluation, Shaders, Tiering};
 use vm::surfaces::InterpSurfaces;
 
-use crate::gml::{LIMITS, call};
+use crate::gml::{LIMITS, call, call_bounded};
 use crate::race::{Contender, Times, race};
 use crate::twins::{Answer, Twin};
 
@@ -125,6 +126,7 @@ fn bench_function(function: &Function, n_rounds: usize) {
         function.name
     );
     let mut native = shaders.worker();
+    let mut bounding = shaders.worker();
     let expected = function.sum_over_grid(|face, u, v| {
         let expected = (function.twin)(face, u, v);
         let others = [call(&mut interpreter, face, u, v), call(&mut native, face, u, v)];
@@ -143,6 +145,9 @@ fn bench_function(function: &Function, n_rounds: usize) {
         Contender::new("native", || {
             function.sum_over_grid(|face, u, v| call(&mut native, face, u, v))
         }),
+        Contender::new("bounded", || {
+            function.sum_over_grid(|face, u, v| call_bounded(&mut bounding, face, u, v))
+        }),
         Contender::new("rust", || function.sum_over_grid(black_box(function.twin))),
     ];
     if function.binding.is_none() {
@@ -153,15 +158,20 @@ fn bench_function(function: &Function, n_rounds: usize) {
         assert!((sum / expected - 1.0).abs() < 1e-9, "{} differs: {sum}", contender.name);
     }
     report(function.name, f64::from(GRID * GRID), &race(contenders, n_rounds));
-    let times: Vec<_> = (0..n_rounds).map(|_| compiled().times()).collect();
-    let parts = [
-        ("specialize", times.iter().map(|times| times.specialize).collect::<Vec<_>>()),
-        ("generate", times.iter().map(|times| times.generate).collect()),
-    ];
-    let times = parts.map(|(name, times)| Times {
-        name,
-        rounds: times.iter().map(|time| time.as_nanos() as f64).collect(),
+    let times: Vec<_> = (0..n_rounds)
+        .map(|_| {
+            let shaders = compiled();
+            let plain = shaders.times();
+            // The bounded version is made when it is first asked for.
+            call_bounded(&mut shaders.worker(), 0, 0.3, 0.7);
+            [plain.specialize, plain.generate, shaders.times().generate - plain.generate]
+        })
+        .collect();
+    let times = ["specialize", "generate", "bound"].into_iter().enumerate().map(|(part, name)| {
+        let rounds = times.iter().map(|parts| parts[part].as_nanos() as f64);
+        Times { name, rounds: rounds.collect() }
     });
+    let times: Vec<_> = times.collect();
     report(function.name, 1.0, &times);
 }
 

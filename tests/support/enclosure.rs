@@ -1,21 +1,29 @@
 //! What the bounds of a surface function are held against: the function itself at many points within
 //! the bounds of a point.
 
+use std::slice;
+use std::sync::Arc;
+
 use jit::shaders::{Evaluation, Shaders, Tiering};
 use renderer::surface::{
     Bounded, BoundedPoint, BoundedSample, LocateBounded, Needs, SurfaceEval, SurfaceId,
     SurfacePoint, SurfaceSample,
 };
 use vm::machine::Limits;
+use vm::program::LoadedProgram;
 use vm::surfaces::InterpSurfaces;
+use vm::value::Closure;
 
 use super::agreement::load;
 
 /// Coordinates that doubles can name within the bounds, in order; all of them if they are few.
 fn doubles(within: Bounded, n: u32) -> Vec<f64> {
     let Bounded { value, error } = within;
-    // Sums of two doubles that round outwards are moved back.
-    let is_in = |x: &f64| (x - value).abs() < error || *x == value;
+    // A rounded distance below the error means an exact one below it; from 0 it is exact.
+    let is_in = |x: &f64| {
+        let distance = (x - value).abs();
+        distance < error || *x == value || (value == 0.0 && distance == error)
+    };
     let mut found: Vec<f64> = Vec::new();
     let mut next = value;
     for _ in 0..n / 2 {
@@ -131,8 +139,33 @@ pub fn check(
     tally.tightness.extend(varying.map(|(bound, far)| bound.error / far));
 }
 
-/// Asks for bounds of the surface function that a program leaves, at some points. Whether it is
-/// native code; none if the program fails before.
+/// Asks for bounds of a surface function at some points. Whether it is native code; only then the
+/// requests are counted.
+///
+/// # Panics
+/// As [`check`].
+pub fn check_function(
+    (program, closure): (&Arc<LoadedProgram>, &Arc<Closure>),
+    limits: Limits,
+    points: impl Iterator<Item = BoundedPoint>,
+    n: u32,
+    context: &str,
+    tally: &mut Tally,
+) -> bool {
+    let surfaces = slice::from_ref(closure);
+    let shaders = Shaders::new(program, surfaces, limits, Tiering::Eager);
+    let mut bounding = shaders.worker();
+    let mut plain = InterpSurfaces::new(program, surfaces, limits);
+    let is_native = matches!(shaders.report()[0].evaluation, Evaluation::Native { .. });
+    let mut idle = Tally::default();
+    let tally = if is_native { tally } else { &mut idle };
+    for at in points {
+        check(&mut bounding, &mut plain, at, n, context, tally);
+    }
+    is_native
+}
+
+/// The same of the function that a program leaves; none if the program fails before.
 ///
 /// # Panics
 /// As [`check`].
@@ -144,15 +177,5 @@ pub fn check_program(
     tally: &mut Tally,
 ) -> Option<bool> {
     let (program, closure) = load(text, limits)?;
-    let surfaces = [closure];
-    let shaders = Shaders::new(&program, &surfaces, limits, Tiering::Eager);
-    let mut bounding = shaders.worker();
-    let mut plain = InterpSurfaces::new(&program, &surfaces, limits);
-    let is_native = matches!(shaders.report()[0].evaluation, Evaluation::Native { .. });
-    let mut idle = Tally::default();
-    let tally = if is_native { tally } else { &mut idle };
-    for at in points {
-        check(&mut bounding, &mut plain, at, n, text, tally);
-    }
-    Some(is_native)
+    Some(check_function((&program, &closure), limits, points, n, text, tally))
 }
