@@ -145,8 +145,8 @@ fn radius_of_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> f64 {
 #[inline]
 fn is_exact_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> bool {
     let product = size(a.middle) * size(b.middle);
-    let is_zero = a.middle == T::ZERO || b.middle == T::ZERO;
-    a.radius == 0.0 && b.radius == 0.0 && (is_zero || product >= LEAST)
+    let is_large = a.radius == 0.0 && b.radius == 0.0 && product >= LEAST;
+    is_large || a.is_surely_zero() || b.is_surely_zero()
 }
 
 impl<T: Bounding> Mul for Ball<T> {

@@ -267,4 +267,6 @@ fn bounds_survive_underflow() {
     assert!(quotient.radius > 0.0);
     let (zero, two) = (Ball::<f64>::ZERO, Ball { middle: 2.0, radius: 0.0 });
     assert_eq!(((zero * two).radius, (zero / two).radius, (two * two).radius), (0.0, 0.0, 0.0));
+    let third = Ball { middle: 1.0 / 3.0, radius: 1e-17 };
+    assert_eq!(((zero * third).radius, third.mul_add(zero, two).radius), (0.0, 0.0));
 }
