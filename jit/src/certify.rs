@@ -20,6 +20,10 @@ use crate::sir::{Body, Shader};
 /// about 10 µs, in which the renderer finds the coordinates in double-double.
 const REFUSAL_FUEL: u64 = 5_000;
 
+/// Instructions of a bounded shader for each one of the plain shader: 2 to 7 in our scenes. They take
+/// as long to compile as others.
+const EXPANSION: u64 = 5;
+
 /// One bounded version of a shader.
 #[derive(Default)]
 pub(crate) struct BoundedCode {
@@ -29,15 +33,11 @@ pub(crate) struct BoundedCode {
     code: OnceLock<Option<Code<BoundedFn>>>,
 }
 
-/// Instructions of a bounded shader for each one of the plain shader: 2 to 7 in our scenes. They take
-/// as long to compile as others.
-const EXPANSION: u64 = 5;
-
 impl Shaders<'_> {
     /// The bounded version of a surface's shader for points of which u, v or both are not known; none
-    /// if it cannot be compiled, or has not been wanted so often that this pays. Once the refusals
-    /// have cost what compiling takes, so much is lost, and no more than that again whenever the
-    /// image ends.
+    /// if it cannot be compiled, or has not been wanted so often that this pays. It is compiled once the
+    /// refusals have cost as much as that takes, so that an image, whenever it ends, has lost at most
+    /// twice the least that was possible.
     fn bounded_code<'v>(
         &self,
         index: usize,
