@@ -87,7 +87,7 @@ pub(crate) enum Command {
     /// Compare two images
     #[command(long_about = DIFF_ABOUT)]
     Diff(DiffArgs),
-    /// Time engines and numbers of threads against one another
+    /// Time engines, precisions and numbers of threads against one another
     #[command(long_about = BENCH_ABOUT, after_long_help = BENCH_EXAMPLES)]
     Bench(BenchArgs),
     /// Render scenes made to break ray tracers, and count wrong pixels
@@ -155,9 +155,6 @@ pub(crate) struct PictureArgs {
     /// Render only these pixels; the rest of the image is black
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::region)]
     pub(crate) region: Option<Region>,
-    /// The numbers that rays are traced with; surface functions compute in doubles with either
-    #[arg(long, value_name = "NUMBERS", default_value = "f64")]
-    pub(crate) precision: Precision,
 }
 
 /// The numbers that rays are traced with.
@@ -218,6 +215,9 @@ pub(crate) struct RunArgs {
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
+    /// The numbers that rays are traced with; surface functions compute in doubles with either
+    #[arg(long, value_name = "NUMBERS", default_value = "f64", help_heading = "Picture")]
+    pub(crate) precision: Precision,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
 }
@@ -270,6 +270,14 @@ impl Engine {
             Engine::Auto => "auto",
             Engine::Interp => "interp",
             Engine::Jit => "jit",
+        }
+    }
+
+    /// The engine in a precision, as tables name the two together: doubles go without saying.
+    pub(crate) fn in_precision(self, precision: Precision) -> String {
+        match precision {
+            Precision::F64 => self.name().to_owned(),
+            Precision::Dd => format!("{} {}", self.name(), precision.name()),
         }
     }
 }

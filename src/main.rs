@@ -15,6 +15,7 @@ mod failure;
 mod formats;
 mod listing;
 mod load;
+mod measure;
 mod output;
 mod perf;
 mod report;

@@ -112,7 +112,7 @@ impl<'a> Renders<'a> {
     fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let start = Instant::now();
         let Size { width, height } = plan::size(job, &self.args.picture);
-        let precision = self.args.picture.precision;
+        let precision = self.args.precision;
         self.args.limits.check(job, self.n_images, width, height, precision)?;
         let plan = Plan::new(job, &self.args.picture).map_err(|failure| self.stop(failure))?;
         let destination = self.destination(job)?;
@@ -157,7 +157,7 @@ impl<'a> Renders<'a> {
         let settings = Settings {
             threads: self.threads,
             engine: self.args.engine,
-            precision: self.args.picture.precision,
+            precision: self.args.precision,
             is_linear: format == ImageFormat::Pfm,
             limits: self.args.limits.machine(),
             perf_map: self.perf_map.as_ref(),

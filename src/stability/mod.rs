@@ -45,10 +45,7 @@ pub(crate) struct Method {
 impl Method {
     /// The heading of its column.
     pub(crate) fn name(self) -> String {
-        match self.precision {
-            Precision::F64 => self.engine.name().to_owned(),
-            Precision::Dd => format!("{} dd", self.engine.name()),
-        }
+        self.engine.in_precision(self.precision)
     }
 }
 

@@ -9,11 +9,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::clean::clean;
 use crate::console;
-use crate::driver::bench::machine::Machine;
-use crate::driver::bench::statistics::{
+use crate::failure::Failure;
+use crate::measure::machine::Machine;
+use crate::measure::statistics::{
     Ratio, mean, median, median_absolute_deviation, standard_deviation,
 };
-use crate::failure::Failure;
 use crate::output::Target;
 use crate::run::stats::{Phases, Rays};
 
@@ -52,6 +52,10 @@ pub(super) enum Details {
 pub(super) struct SceneDetails {
     pub(super) scene: String,
     pub(super) engine: &'static str,
+    pub(super) precision: &'static str,
+    /// Engine and precision, as the table names them.
+    #[serde(skip)]
+    pub(super) way: String,
     pub(super) threads: usize,
     pub(super) images: usize,
     pub(super) pixels: u64,

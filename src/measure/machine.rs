@@ -10,17 +10,17 @@ use crate::clean::clean;
 
 /// Facts without which times say little.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Machine {
-    pub(super) cpu: String,
-    pub(super) cores: usize,
+pub(crate) struct Machine {
+    pub(crate) cpu: String,
+    pub(crate) cores: usize,
     /// How many processes wanted a processor during the last minute, on average; where the system
     /// tells.
-    pub(super) load: Option<f64>,
+    pub(crate) load: Option<f64>,
 }
 
 impl Machine {
     /// The machine at this moment.
-    pub(super) fn here() -> Machine {
+    pub(crate) fn here() -> Machine {
         let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpuinfo.lines().find_map(|line| {
             let (key, value) = line.split_once(':')?;
@@ -36,7 +36,7 @@ impl Machine {
 }
 
 /// Processor time that this thread has used so far.
-pub(super) fn thread_time() -> Duration {
+pub(crate) fn thread_time() -> Duration {
     clock(ClockId::ThreadCPUTime)
 }
 
@@ -47,20 +47,20 @@ fn clock(id: ClockId) -> Duration {
 
 /// Processor time of all threads of this process, in seconds.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ProcessorTime {
+pub(crate) struct ProcessorTime {
     total: f64,
     system: f64,
 }
 
 impl ProcessorTime {
     /// What has been used so far.
-    pub(super) fn now() -> Self {
+    pub(crate) fn now() -> Self {
         let total = clock(ClockId::ProcessCPUTime).as_secs_f64();
         ProcessorTime { total, system: system_time().unwrap_or(0.0) }
     }
 
     /// Adds what has been used since `start`; returns how much that is.
-    pub(super) fn add_since(&mut self, start: ProcessorTime) -> f64 {
+    pub(crate) fn add_since(&mut self, start: ProcessorTime) -> f64 {
         let now = ProcessorTime::now();
         self.total += now.total - start.total;
         self.system += now.system - start.system;
@@ -69,7 +69,7 @@ impl ProcessorTime {
 
     /// Mean user and system time of `n` runs. The system tells its part in steps of 10 ms, which
     /// leave a mean as it is but may make a single run's larger than all of its time.
-    pub(super) fn of_each(self, n: usize) -> (f64, f64) {
+    pub(crate) fn of_each(self, n: usize) -> (f64, f64) {
         let system = self.system.min(self.total);
         ((self.total - system) / n as f64, system / n as f64)
     }
