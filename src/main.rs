@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use crate::report::Reporter;
 
 mod args;
+mod chart;
 mod clean;
 mod console;
 mod crash;

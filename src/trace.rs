@@ -1,6 +1,6 @@
 //! The one place where a render job meets the renderer: object to scene, scene to pixels.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use jit::shaders::{Observer, Shaders, SurfaceReport, Tiering};
 use rayon::ThreadPool;
@@ -21,9 +21,9 @@ use crate::perf::PerfMap;
 use crate::run::plan::Plan;
 
 /// What came of a render job.
-pub(crate) struct Traced {
+pub(crate) struct Traced<I = Picture> {
     /// The image.
-    pub(crate) picture: Picture,
+    pub(crate) picture: I,
     /// The rays it took.
     pub(crate) rays: RayCounts,
     /// Shapes of the scene.
@@ -52,15 +52,16 @@ pub(crate) struct Settings<'s> {
     pub(crate) engine: Engine,
     /// The numbers of the rays.
     pub(crate) precision: Precision,
-    /// Linear light in place of bytes.
-    pub(crate) is_linear: bool,
     /// What each call of a surface function may use up.
     pub(crate) limits: Limits,
     /// Who is told of machine code.
     pub(crate) perf_map: Option<&'s PerfMap>,
+    /// What tells the times: that of the day, or a processor's.
+    pub(crate) clock: fn() -> Duration,
 }
 
-/// Traces the image of `job` as `plan` says. `progress` is told how many pixels have been added.
+/// Traces the image of `job` as `plan` says, as linear light or as bytes. `progress` is told how many
+/// pixels have been added.
 ///
 /// # Errors
 /// What a surface function does wrong.
@@ -68,24 +69,43 @@ pub(crate) fn trace_job(
     job: &RenderJob<'_>,
     plan: &Plan,
     settings: Settings<'_>,
+    is_linear: bool,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
-    match settings.precision {
-        Precision::F64 => trace_with::<f64>(job, plan, settings, progress),
-        Precision::Dd => trace_with::<Dd>(job, plan, settings, progress),
-    }
+    Ok(if is_linear {
+        trace_pixels(job, plan, settings, progress)?.map(|image| picture(image, Pixels::Linear))
+    } else {
+        trace_pixels(job, plan, settings, progress)?.map(|image| picture(image, Pixels::Bytes))
+    })
 }
 
-fn trace_with<R: Real>(
+/// The same in pixels of any kind.
+///
+/// # Errors
+/// What a surface function does wrong.
+pub(crate) fn trace_pixels<P: Pixel>(
     job: &RenderJob<'_>,
     plan: &Plan,
     settings: Settings<'_>,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<Traced, TraceFailure> {
-    let start = Instant::now();
+) -> Result<Traced<Image<P>>, TraceFailure> {
+    match settings.precision {
+        Precision::F64 => trace_with::<f64, P>(job, plan, settings, progress),
+        Precision::Dd => trace_with::<Dd, P>(job, plan, settings, progress),
+    }
+}
+
+fn trace_with<R: Real, P: Pixel>(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Traced<Image<P>>, TraceFailure> {
+    let now = settings.clock;
+    let start = now();
     let (scene, surfaces): (Scene<R>, _) =
         settings.threads.install(|| surfaces::scene(&job.object));
-    let built = Instant::now();
+    let built = now();
     let limits = settings.limits;
     let shaders = match settings.engine {
         Engine::Interp => None,
@@ -96,7 +116,7 @@ fn trace_with<R: Real>(
     let observer = observe.as_ref().map(|observe| observe as Observer<'_>);
     let shaders =
         shaders.map(|tiering| Shaders::observed(job.program, &surfaces, limits, tiering, observer));
-    let made = Instant::now();
+    let made = now();
     let times = || shaders.as_ref().map_or(Duration::ZERO, |shaders| shaders.times().total());
     let times_before = times();
     let (picture, rays) = match &shaders {
@@ -106,7 +126,7 @@ fn trace_with<R: Real>(
             trace(&scene, plan, settings, worker, progress)?
         }
     };
-    let trace_time = made.elapsed();
+    let trace_time = now() - made;
     let jit_time = (made - built) + (times() - times_before);
     Ok(Traced {
         picture,
@@ -120,28 +140,33 @@ fn trace_with<R: Real>(
     })
 }
 
-fn trace<R: Real, E: SurfaceEval<Error = Box<Error>> + Send>(
+fn trace<R: Real, E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
     scene: &Scene<R>,
     plan: &Plan,
     settings: Settings<'_>,
     worker: impl Fn() -> E + Send + Sync,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<(Picture, RayCounts), TraceFailure> {
+) -> Result<(Image<P>, RayCounts), TraceFailure> {
     let Plan { view, illumination } = plan;
-    settings.threads.install(|| {
-        if settings.is_linear {
-            let traced = renderer::render(scene, illumination, view, worker, progress)?;
-            return Ok(picture(traced, Pixels::Linear));
-        }
-        let traced = renderer::render(scene, illumination, view, worker, progress)?;
-        Ok(picture(traced, Pixels::Bytes))
-    })
+    settings.threads.install(|| renderer::render(scene, illumination, view, worker, progress))
 }
 
-fn picture<P: Pixel>(
-    (image, rays): (Image<P>, RayCounts),
-    pixels: impl FnOnce(Vec<P>) -> Pixels,
-) -> (Picture, RayCounts) {
+fn picture<P>(image: Image<P>, pixels: impl FnOnce(Vec<P>) -> Pixels) -> Picture {
     let Image { width, height, pixels: all } = image;
-    (Picture { width, height, pixels: pixels(all) }, rays)
+    Picture { width, height, pixels: pixels(all) }
+}
+
+impl<I> Traced<I> {
+    fn map<J>(self, change: impl FnOnce(I) -> J) -> Traced<J> {
+        Traced {
+            picture: change(self.picture),
+            rays: self.rays,
+            n_shapes: self.n_shapes,
+            surfaces: self.surfaces,
+            n_surfaces: self.n_surfaces,
+            build_time: self.build_time,
+            jit_time: self.jit_time,
+            trace_time: self.trace_time,
+        }
+    }
 }

@@ -9,6 +9,7 @@ use crate::clean::clean;
 use crate::driver::bench::export::{Compared, Details, Entry, Old, SceneDetails, SurfaceDetails};
 use crate::measure::machine::Machine;
 use crate::measure::statistics::unpaired_ratio;
+use crate::measure::time;
 use crate::run::stats::Phases;
 
 /// What the figures below it depend on.
@@ -187,15 +188,4 @@ fn ratio(compared: Compared) -> String {
     let Compared { ratio, interval, verdict } = compared;
     let interval = interval.map(|[low, high]| format!(" [{low:.3}, {high:.3}]"));
     format!("{ratio:.3}{}  {verdict}", interval.unwrap_or_default())
-}
-
-/// A time in the unit that suits it.
-fn time(seconds: f64) -> String {
-    let (factor, unit) = match seconds {
-        s if s >= 1.0 => (1.0, "s"),
-        s if s >= 1e-3 => (1e3, "ms"),
-        s if s >= 1e-6 => (1e6, "µs"),
-        _ => (1e9, "ns"),
-    };
-    format!("{:.2} {unit}", seconds * factor)
 }
