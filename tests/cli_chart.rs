@@ -9,8 +9,7 @@ use crate::gmlvm::{Ended, Sandbox, ball};
 #[path = "support/gmlvm.rs"]
 mod gmlvm;
 
-/// Two images. In the first, a ray from the inside of a shell starts nearer to its outside than a
-/// thousandth, which only the largest epsilon misses.
+/// Two images. Rays that start on a solid meet it again if numbers are short and the epsilon is small.
 const SCENE: &str = "\
 { /v /u /face 0.9 0.5 0.1 point 1.0 0.0 1.0 } sphere 0.9999 uscale /inner
 { /v /u /face 0.2 0.4 0.8 point 1.0 0.0 1.0 } sphere inner difference 0.0 0.0 2.0 translate /shell
@@ -66,7 +65,10 @@ fn texts(svg: &str) -> Vec<&str> {
 fn a_scene_becomes_a_table_data_and_a_drawing() {
     let sandbox = sandbox();
     let table = charted(&sandbox, &["s.gml", "-o", "o/c.svg", "--export", "o/c.json"]);
-    assert!(table.contains("\ns.gml, rounding: 2 images, 138 pixels, 2 rounds; against "), "{table}");
+    assert!(
+        table.contains("\ns.gml, rounding: 2 images, 138 pixels, 2 rounds; against "),
+        "{table}"
+    );
     let row = |name: &str| {
         let start = format!("  {name} ");
         let line = table.lines().find(|line| line.starts_with(&start));
@@ -96,8 +98,8 @@ fn a_scene_becomes_a_table_data_and_a_drawing() {
     assert_eq!([0, 1, 2, 3].map(differing), [0; 4], "{chart}");
     assert_eq!((&methods[3]["max"], &methods[3]["rms"]), (&0.0.into(), &0.0.into()));
     assert!(methods[0]["max"].as_f64().is_some_and(|max| max > 0.0 && max < 1e-9), "{chart}");
-    // The shell is missed with an epsilon of a thousandth, and seen with others.
-    assert!(differing(4) > differing(5), "{chart}");
+    // Points on the solids are off by more than 1e-9 of single precision.
+    assert!(differing(9) > differing(7), "{chart}");
 
     let svg = String::from_utf8(sandbox.read("o/c.svg")).expect("text");
     assert!(svg.starts_with("<svg ") && svg.trim_end().ends_with("</svg>"));
@@ -122,10 +124,10 @@ fn data_is_charted_without_measuring() {
     }
     let args = ["1.json", "-o", "2.svg", "--export", "2.json"];
     assert_eq!(charted(&sandbox, &args), table);
-    assert_eq!(sandbox.read("1.svg"), sandbox.read("2.svg"));
-    assert_eq!(sandbox.read("1.json"), sandbox.read("2.json"));
+    assert!(sandbox.read("1.svg") == sandbox.read("2.svg"));
+    assert!(sandbox.read("1.json") == sandbox.read("2.json"));
     let text = charted(&sandbox, &["1.json", "--export", "-"]);
-    assert_eq!(json(text.as_bytes()), json(&sandbox.read("1.json")));
+    assert!(text.as_bytes() == sandbox.read("1.json"));
 
     let exported = json(&sandbox.read("1.json"));
     let rms: Vec<_> = list(&exported["charts"][1]["methods"])
@@ -162,7 +164,8 @@ fn pages_hold_drawing_and_tables() {
 #[test]
 fn failures_are_shown() {
     let sandbox = sandbox();
-    let ended = chart(&sandbox, &["s.gml", "--timeout", "0.000001ms", "-o", "c.svg", "--export", "c.json"]);
+    let ended =
+        chart(&sandbox, &["s.gml", "--timeout", "0.000001ms", "-o", "c.svg", "--export", "c.json"]);
     assert_eq!((ended.code, ended.stderr.as_str()), (0, ""));
     assert_eq!(ended.text().matches("took more than ").count(), METHODS.len(), "{}", ended.text());
     let svg = String::from_utf8(sandbox.read("c.svg")).expect("text");
@@ -186,18 +189,19 @@ fn failures_are_shown() {
 #[test]
 fn pixels_without_a_colour_are_counted() {
     let sandbox = sandbox();
-    // From the floor's own place on, a reflected ray meets it again, and v is below zero nowhere else.
-    let scene = "{ /v /u /face v 2.0 mulf floor /n [ 0.5 0.5 ] n get /c c c c point 1.0 0.0 1.0 } cube
-        -0.5 -0.5 1.0 translate /block
-        1.0 1.0 1.0 point [ ] block 1 40.0 12 9 \"m.ppm\" render";
+    // Where x is 0, the naive tracer takes the arc cosine of z / r, which rounding makes more than 1.
+    let scene = "{ /v /u /face u 8.0 mulf floor /n
+            [ 0.1 0.2 0.3 0.4 0.5 0.6 0.7 0.8 ] n get /c c c c point 1.0 0.0 1.0 } sphere
+        0.0 0.0 3.0 translate /ball
+        1.0 1.0 1.0 point [ ] ball 1 40.0 31 31 \"m.ppm\" render";
     sandbox.file("m.gml", scene);
-    let args = ["m.gml", "--methods", "rounding", "--export", "m.json"];
-    charted(&sandbox, &args);
+    charted(&sandbox, &["m.gml", "--methods", "jit-f64,naive-f64-1e-6", "--export", "m.json"]);
     let exported = json(&sandbox.read("m.json"));
-    for method in list(&exported["charts"][0]["methods"]) {
-        let number = |key: &str| method[key].as_u64().expect("a number");
-        assert!(number("missing") <= number("gross") && number("gross") <= number("differing"));
-    }
+    let [ours, naive] = list(&exported["charts"][0]["methods"]) else { panic!("two: {exported}") };
+    assert_eq!((&ours["missing"], &ours["differing"]), (&0.into(), &0.into()));
+    let [missing, gross, differing] =
+        ["missing", "gross", "differing"].map(|key| naive[key].as_u64().expect("a number"));
+    assert!(0 < missing && missing <= gross && gross <= differing && differing <= 31, "{naive}");
 }
 
 #[test]
@@ -275,5 +279,8 @@ fn bad_data_is_refused() {
     sandbox.file("odd.json", odd.to_string());
     let text = charted(&sandbox, &["odd.json", "-o", "c.svg"]);
     let svg = String::from_utf8(sandbox.read("c.svg")).expect("text");
-    assert!(!text.contains('\u{1b}') && !svg.contains('\u{1b}') && !svg.contains("<text>"), "{text}");
+    assert!(
+        !text.contains('\u{1b}') && !svg.contains('\u{1b}') && !svg.contains("<text>"),
+        "{text}"
+    );
 }

@@ -201,7 +201,7 @@ impl Contender {
         self.n_rounds = 0;
         self.is_compared = false;
         if let Err(diagnostic) = check {
-            self.stopped = Some(Outcome::Failed { reason: diagnostic.message });
+            self.stopped.get_or_insert(Outcome::Failed { reason: diagnostic.message });
         }
     }
 

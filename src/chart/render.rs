@@ -153,7 +153,7 @@ fn naive<F: Number>(
 /// The pixels of a region as they are.
 fn single(image: &Image<Linear>, region: Region) -> Vec<Light> {
     let Region { x, y, width, height } = region;
-    let at = |x: u32, y: u32| image.pixels[(y * image.width + x) as usize];
+    let at = |x: u32, y: u32| image.pixels[y as usize * image.width as usize + x as usize];
     let places = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y)));
     places.map(|(x, y)| Some(at(x, y).0)).collect()
 }
@@ -178,13 +178,15 @@ fn means(image: &Image<[f32; 3]>, region: Region, n: u32) -> Vec<Light> {
         .collect()
 }
 
-/// The same view with `n` by `n` pixels for each, whose centres are a regular grid in it.
+/// The same view with `n` by `n` pixels for each, whose centres are a regular grid in it. There must
+/// be images of that size.
 fn finer(view: &View, n: u32) -> View {
     let Region { x, y, width, height } = view.region;
+    let [x, y, width, height] = [x, y, width, height].map(|length| length.saturating_mul(n));
     View {
-        width: n * view.width,
-        height: n * view.height,
-        region: Region { x: n * x, y: n * y, width: n * width, height: n * height },
+        width: view.width.saturating_mul(n),
+        height: view.height.saturating_mul(n),
+        region: Region { x, y, width, height },
         ..*view
     }
 }

@@ -208,7 +208,7 @@ mod tests {
         let back = map.inverse().point(map.point(p));
         // Some 30 roundings of terms below 32.
         assert!((back - p).length() < 30.0 * 32.0 * f64::EPSILON);
-        let turned = Affine::rotation(90.0, 1, 2).vector(Vector::axis(1));
+        let turned = Affine::<f64>::rotation(90.0, 1, 2).vector(Vector::axis(1));
         assert!((turned - Vector::axis(2)).length() < f64::EPSILON);
     }
 }
