@@ -252,7 +252,7 @@ fn bad_data_is_refused() {
     charted(&sandbox, &["ball.gml", "--methods", "jit-f64,jit-dd", "--export", "good.json"]);
     let good = json(&sandbox.read("good.json"));
     let method = &good["charts"][0]["methods"][0];
-    let changes: [(&str, Value, &str); 9] = [
+    let changes: [(&str, Value, &str); 10] = [
         ("/charts/0/pixels", 0.into(), "expected pixels"),
         ("/charts/0/methods", Value::Array(Vec::new()), "expected pixels and methods"),
         ("/charts/0/methods/0/method", "fast".into(), "no method `fast`"),
@@ -261,6 +261,7 @@ fn bad_data_is_refused() {
         ("/charts/0/methods/0/tracing/0", 0.0.into(), "times above zero"),
         ("/charts/0/methods/0/differing", 1_000_000.into(), "fewer pixels"),
         ("/charts/0/methods/0/max", (-1.0).into(), "errors from zero"),
+        ("/charts", Value::Array(Vec::new()), "holds no chart"),
         ("/charts", Value::Array(vec![good["charts"][0].clone(); 101]), "room for 100 charts"),
     ];
     assert_eq!(method["outcome"], "rendered");

@@ -61,8 +61,8 @@ counted besides, as are the largest and the mean square difference of linear lig
 the front if no other is both as fast and as exact; otherwise the fastest is named that is both. \
 Methods that fail or take too long are drawn as crosses at the edge.
 
-Methods of sampling are charted apart: the error of one ray for each pixel is some 10^13 times that \
-of rounding. There it is the difference in linear light from the mean of many rays.
+Methods of sampling are charted apart: the error of one ray for each pixel is many powers of ten \
+above that of rounding. There it is the difference in linear light from the mean of many rays.
 
 The tables are printed. Exits with the code of the first scene that fails; the others are charted.";
 

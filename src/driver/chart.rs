@@ -5,7 +5,9 @@ use std::path::Path;
 use crate::args::ChartArgs;
 use crate::chart::data::{About, Chart, Data};
 use crate::chart::measure::{self, Bench};
-use crate::chart::{page, table};
+use crate::chart::page::{self, Format};
+use crate::chart::table;
+use crate::clean::clean;
 use crate::console;
 use crate::driver::run;
 use crate::failure::Failure;
@@ -17,7 +19,7 @@ use crate::report::Reporter;
 const MAX_CHARTS: usize = 100;
 
 pub(super) fn chart(args: &ChartArgs, reporter: &Reporter) -> Result<u8, Failure> {
-    let format = args.output.as_deref().map(page::Format::of).transpose()?;
+    let format = args.output.as_deref().map(Format::of).transpose()?;
     if args.scenes.iter().any(|scene| is_stdio(scene)) {
         let message = "charts are of files, whose names they show; the standard input has none";
         return Err(Failure::Usage(message.to_owned()));
@@ -46,25 +48,33 @@ pub(super) fn chart(args: &ChartArgs, reporter: &Reporter) -> Result<u8, Failure
     if charts.is_empty() {
         return Ok(code);
     }
-    if charts.len() > MAX_CHARTS {
-        let n = charts.len();
-        let message = format!("a drawing has room for {MAX_CHARTS} charts, and these are {n}");
-        return Err(Failure::Usage(message));
-    }
     let data = Data { charts };
     if let Some(path) = &args.export {
         json::write(path, &data)?;
     }
     if let (Some(path), Some(format)) = (&args.output, format) {
-        page::write(path, format, &data)?;
+        draw(path, format, &data)?;
     }
     Ok(code)
+}
+
+fn draw(path: &Path, format: Format, data: &Data) -> Result<(), Failure> {
+    let n = data.charts.len();
+    if n > MAX_CHARTS {
+        let message = format!("a drawing has room for {MAX_CHARTS} charts, and these are {n}");
+        return Err(Failure::Usage(message));
+    }
+    page::write(path, format, data)
 }
 
 /// The charts of a scene, measured, or those of a file.
 fn charts_of(input: &Path, bench: Bench<'_>) -> Result<Vec<Chart>, Failure> {
     if input.extension().is_some_and(|extension| extension == "json") {
         let Data { charts } = json::read(input, "data of a chart")?;
+        if charts.is_empty() {
+            let name = input.display().to_string();
+            return Err(Failure::Usage(format!("`{}` holds no chart", clean(&name))));
+        }
         return Ok(charts);
     }
     measure::measure(input, bench)

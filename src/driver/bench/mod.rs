@@ -1,4 +1,5 @@
-//! `gmlvm bench`: engines, precisions and numbers of threads against one another, or surface functions alone.
+//! `gmlvm bench`: engines, precisions and numbers of threads against one another, or surface
+//! functions alone.
 
 use std::collections::BTreeMap;
 use std::path::Path;
