@@ -33,9 +33,10 @@ mod tests {
 
     #[test]
     fn the_front_is_what_nothing_beats() {
-        let points = [(4.0, 0.0), (1.0, 0.5), (2.0, 0.5), (2.0, 0.1), (9.0, 0.0), (1.5, 0.9)];
+        let points =
+            [(4.0, 0.0), (1.0, 0.5), (2.0, 0.5), (2.0, 0.1), (9.0, 0.0), (1.5, 0.9), (1.0, 0.7)];
         assert_eq!(front(&points), [1, 3, 0]);
-        let expected = [None, None, Some(1), None, Some(0), Some(1)];
+        let expected = [None, None, Some(1), None, Some(0), Some(1), Some(1)];
         assert_eq!(dominators(&points), expected);
         // Of equals, both are on it.
         assert_eq!(front(&[(1.0, 1.0), (1.0, 1.0)]), [0, 1]);
