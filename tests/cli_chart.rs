@@ -1,6 +1,9 @@
 //! `gmlvm chart`: what it prints, draws, exports, reads again and refuses. No test depends on how long
 //! anything takes.
 
+use std::fs;
+use std::path::Path;
+
 use serde_json::Value;
 
 use crate::gmlvm::{Ended, Sandbox, ball};
@@ -284,4 +287,23 @@ fn bad_data_is_refused() {
         !text.contains('\u{1b}') && !svg.contains('\u{1b}') && !svg.contains("<text>"),
         "{text}"
     );
+}
+
+/// The drawings of the documentation are those of the data beside them; `GMLVM_BLESS=1` draws them
+/// anew.
+#[test]
+fn charts_of_the_documentation_are_of_their_data() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/charts");
+    for name in ["rounding", "sampling"] {
+        let sandbox = Sandbox::new();
+        let data = folder.join(name).with_extension("json").display().to_string();
+        charted(&sandbox, &[&data, "-o", "c.svg"]);
+        let drawn = sandbox.read("c.svg");
+        let shown = folder.join(name).with_extension("svg");
+        if std::env::var_os("GMLVM_BLESS").is_some() {
+            fs::write(&shown, &drawn).expect("written");
+        }
+        let is_same = fs::read(&shown).expect("readable") == drawn;
+        assert!(is_same, "{} is not what is drawn now", shown.display());
+    }
 }
