@@ -1,5 +1,9 @@
 //! The methods that charts compare: a row each in one table.
 
+use Engine::{Interp, Jit};
+use Numbers::{F32, F64};
+use Render::{Grid, Naive, Tracer};
+
 use crate::args::{Engine, Precision};
 
 /// A way to render.
@@ -127,10 +131,6 @@ impl Diagram {
 const fn method(name: &'static str, family: Family, shape: Shape, render: Render) -> Method {
     Method { name, look: Look { family, shape }, render }
 }
-
-use Engine::{Interp, Jit};
-use Numbers::{F32, F64};
-use Render::{Grid, Naive, Tracer};
 
 /// All methods, in the order of tables and legends.
 pub(crate) const METHODS: &[Method] = &[
