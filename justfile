@@ -34,6 +34,17 @@ gallery:
     done
     cargo run --release --quiet -- run scenes/showpiece.gml --size 960x640 --format png -o docs/gallery
 
+# Measures the charts of docs/accuracy.md again, which takes some minutes; nothing else should run.
+charts:
+    cargo build --release
+    cargo run --release --quiet -- chart --size 160x120 \
+        scenes/hello.gml scenes/die.gml scenes/marble.gml scenes/csg-gears.gml \
+        scenes/mirror-room.gml scenes/texture-faces.gml scenes/flake.gml tests/stability/thin-shell.gml \
+        --export docs/charts/rounding.json -o docs/charts/rounding.svg
+    cargo run --release --quiet -- chart --size 80x60 --methods sampling --runs 3 \
+        scenes/hello.gml scenes/die.gml scenes/csg-gears.gml scenes/mirror-room.gml \
+        --export docs/charts/sampling.json -o docs/charts/sampling.svg
+
 # Fuzzes a target of fuzz/ (needs cargo-fuzz and nightly); further arguments are libFuzzer's.
 fuzz target *args:
     cargo +nightly fuzz run {{target}} -- {{args}}

@@ -9,8 +9,17 @@ use crate::values::{self, Definition, Region, Size};
 
 pub(crate) use bench::BenchArgs;
 use bench::{BENCH_ABOUT, BENCH_EXAMPLES};
+pub(crate) use chart::ChartArgs;
+use chart::{CHART_ABOUT, CHART_EXAMPLES};
+use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
+pub(crate) use disasm::{DisasmArgs, Stage};
+use stability::STABILITY_ABOUT;
+pub(crate) use stability::StabilityArgs;
 
 mod bench;
+mod chart;
+mod disasm;
+mod stability;
 
 /// Compile, run, inspect and measure GML scenes.
 ///
@@ -87,9 +96,12 @@ pub(crate) enum Command {
     /// Compare two images
     #[command(long_about = DIFF_ABOUT)]
     Diff(DiffArgs),
-    /// Time engines and numbers of threads against one another
+    /// Time engines, precisions and numbers of threads against one another
     #[command(long_about = BENCH_ABOUT, after_long_help = BENCH_EXAMPLES)]
     Bench(BenchArgs),
+    /// Chart methods by what a picture costs and how far it is from the exact one
+    #[command(long_about = CHART_ABOUT, after_long_help = CHART_EXAMPLES)]
+    Chart(ChartArgs),
     /// Render scenes made to break ray tracers, and count wrong pixels
     #[command(long_about = STABILITY_ABOUT)]
     Stability(StabilityArgs),
@@ -98,8 +110,8 @@ pub(crate) enum Command {
 }
 
 /// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 9] =
-    ["run", "check", "disasm", "eval", "diff", "bench", "stability", "explain", "help"];
+const COMMANDS: [&str; 10] =
+    ["run", "check", "disasm", "eval", "diff", "bench", "chart", "stability", "explain", "help"];
 
 /// What goes into a program besides its text.
 #[derive(Clone, Debug, clap::Args)]
@@ -155,24 +167,6 @@ pub(crate) struct PictureArgs {
     /// Render only these pixels; the rest of the image is black
     #[arg(long, value_name = "X,Y,W,H", value_parser = values::region)]
     pub(crate) region: Option<Region>,
-    /// The numbers that rays are traced with; surface functions compute in doubles with either
-    #[arg(long, value_name = "NUMBERS", default_value = "f64")]
-    precision: Precision,
-    /// Find out for each pixel whether it is certain: short for `--precision certified`
-    ///
-    /// Each number comes with a bound of its error. A pixel that hangs on more than doubles can tell is
-    /// traced again with twice their digits. What those leave open is an exact tie, or very near to
-    /// one, which is decided by the language's rules. How many pixels there were of each kind is
-    /// said, and is in the statistics.
-    #[arg(long, conflicts_with = "precision")]
-    certify: bool,
-}
-
-impl PictureArgs {
-    /// The numbers that rays are traced with.
-    pub(crate) fn precision(self) -> Precision {
-        if self.certify { Precision::Certified } else { self.precision }
-    }
 }
 
 /// The numbers that rays are traced with.
@@ -244,8 +238,26 @@ pub(crate) struct RunArgs {
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
+    /// The numbers that rays are traced with; surface functions compute in doubles with either
+    #[arg(long, value_name = "NUMBERS", default_value = "f64", help_heading = "Picture")]
+    pub(crate) precision: Precision,
+    /// Find out for each pixel whether it is certain: short for `--precision certified`
+    ///
+    /// Each number comes with a bound of its error. A pixel that hangs on more than doubles can tell is
+    /// traced again with twice their digits. What those leave open is an exact tie, or very near to
+    /// one, which is decided by the language's rules. How many pixels there were of each kind is
+    /// said, and is in the statistics.
+    #[arg(long, conflicts_with = "precision", help_heading = "Picture")]
+    pub(crate) certify: bool,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
+}
+
+impl RunArgs {
+    /// The numbers that rays are traced with.
+    pub(crate) fn precision(&self) -> Precision {
+        if self.certify { Precision::Certified } else { self.precision }
+    }
 }
 
 const RUN_ABOUT: &str = "\
@@ -298,6 +310,14 @@ impl Engine {
             Engine::Jit => "jit",
         }
     }
+
+    /// The engine in a precision, as tables name the two together: doubles go without saying.
+    pub(crate) fn in_precision(self, precision: Precision) -> String {
+        match precision {
+            Precision::F64 => self.name().to_owned(),
+            other => format!("{} {}", self.name(), other.name()),
+        }
+    }
 }
 
 /// The rules of shading.
@@ -347,59 +367,6 @@ pub(crate) struct EvalArgs {
     pub(crate) limits: LimitArgs,
 }
 
-const DISASM_ABOUT: &str = "\
-Show a scene's tokens, tree, bytecode or machine code, beside the places in the source text they \
-come from.
-
-Bytecode is listed by function, the main program first, with the source line above the \
-instructions that it became. With `clif`, `asm` or `--surface` the program is run, but nothing is \
-traced, and each surface function is listed: what it captured and how that reaches the code, and its \
-bytecode, the input of the code generator (CLIF) and machine code, as far as `--emit` asks for them.";
-
-const DISASM_EXAMPLES: &str = "\
-Examples:
-  gmlvm disasm scene.gml                        the bytecode of the whole program
-  gmlvm disasm scene.gml --function marble      that of one function
-  gmlvm disasm scene.gml --emit clif,asm        what each surface function was compiled to
-  gmlvm disasm scene.gml --surface 3            all about one of them, by its number in `run -v`
-  gmlvm disasm scene.gml --html scene.html      the same of all, to be looked at in a browser";
-
-/// `gmlvm disasm`.
-#[derive(Debug, clap::Args)]
-pub(crate) struct DisasmArgs {
-    /// The program; - is the standard input
-    pub(crate) scene: PathBuf,
-    #[command(flatten)]
-    pub(crate) inputs: Inputs,
-    /// What to show, in this order [default: bytecode; with --surface: bytecode,clif,asm]
-    #[arg(long, value_name = "WHAT", value_delimiter = ',')]
-    pub(crate) emit: Vec<Stage>,
-    /// Show only this function, and surfaces that are closures of it; by name or number
-    #[arg(long, value_name = "NAME|N")]
-    pub(crate) function: Option<String>,
-    /// Show only this surface, by its number in `run -v`
-    #[arg(long, value_name = "N")]
-    pub(crate) surface: Option<usize>,
-    /// Write source, bytecode, CLIF and machine code as one page with linked panes; - is the standard output
-    #[arg(long, value_name = "FILE", conflicts_with = "emit")]
-    pub(crate) html: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub(crate) limits: LimitArgs,
-}
-
-/// A form that a program takes on its way through the compilers, in their order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub(crate) enum Stage {
-    Tokens,
-    Ast,
-    Bytecode,
-    /// What the code generator was given for each surface function
-    Clif,
-    /// The machine code of each surface function
-    Asm,
-}
-
 /// `gmlvm diff`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct DiffArgs {
@@ -440,32 +407,6 @@ pub(crate) enum Metric {
     /// Peak signal-to-noise ratio, 20 log10(255 / rmse) dB; same if at least T
     Psnr,
 }
-
-/// `gmlvm stability`.
-#[derive(Debug, clap::Args)]
-pub(crate) struct StabilityArgs {
-    /// Engines, each of which is held to the bounds
-    #[arg(long, value_name = "ENGINE,...", value_delimiter = ',', default_value = "interp,jit")]
-    pub(crate) engines: Vec<Engine>,
-    /// Precisions, in each of which the engines are held to the bounds
-    #[arg(long, value_name = "PRECISION,...", value_delimiter = ',', default_value = "f64,dd")]
-    pub(crate) precisions: Vec<Precision>,
-    /// Threads for tracing, at most 1024 [default: one per processor]
-    #[arg(short = 'j', long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024), env = "RAYON_NUM_THREADS", hide_env_values = true)]
-    pub(crate) threads: Option<u16>,
-    /// Print the table as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-const STABILITY_ABOUT: &str = "\
-Render scenes made to break ray tracers, and count wrong pixels.
-
-What must hold of each scene's images is known: every pixel, an outline, a symmetry, or that several \
-images are the same. A line of the table has the number of pixels for which that fails, in images \
-of a renderer as textbooks have it, without care (naive), and in ours, by engine and precision. For scenes in \
-which nothing may be in shadow, blocked rays toward lights count as well. The scenes are part of \
-the program. Exits with 1 if a number of ours is beyond its bound.";
 
 /// `gmlvm explain`.
 #[derive(Debug, clap::Args)]
@@ -519,7 +460,7 @@ mod tests {
         Args::command().debug_assert();
         let names: Vec<_> =
             Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..8]);
+        assert_eq!(names, COMMANDS[..9]);
     }
 
     #[test]

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use crate::report::Reporter;
 
 mod args;
+mod chart;
 mod clean;
 mod console;
 mod crash;
@@ -15,6 +16,7 @@ mod failure;
 mod formats;
 mod listing;
 mod load;
+mod measure;
 mod output;
 mod perf;
 mod report;

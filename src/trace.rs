@@ -1,11 +1,11 @@
 //! The one place where a render job meets the renderer: object to scene, scene to pixels.
 
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use jit::shaders::{Observer, Shaders, SurfaceReport, Tiering};
 use rayon::ThreadPool;
-use renderer::certify::{CertainScene, Certainty};
+use renderer::certify::{CertainScene, Certainty, certify};
 use renderer::image::{Image, Pixel};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
@@ -24,9 +24,9 @@ use crate::perf::PerfMap;
 use crate::run::plan::Plan;
 
 /// What came of a render job.
-pub(crate) struct Traced {
+pub(crate) struct Traced<I = Picture> {
     /// The image.
-    pub(crate) picture: Picture,
+    pub(crate) picture: I,
     /// How each of its pixels is known, if that was asked for.
     pub(crate) certainties: Option<Vec<Certainty>>,
     /// The rays it took.
@@ -57,15 +57,16 @@ pub(crate) struct Settings<'s> {
     pub(crate) engine: Engine,
     /// The numbers of the rays.
     pub(crate) precision: Precision,
-    /// Linear light in place of bytes.
-    pub(crate) is_linear: bool,
     /// What each call of a surface function may use up.
     pub(crate) limits: Limits,
     /// Who is told of machine code.
     pub(crate) perf_map: Option<&'s PerfMap>,
+    /// What tells the times: that of the day, or a processor's.
+    pub(crate) clock: fn() -> Duration,
 }
 
-/// Traces the image of `job` as `plan` says. `progress` is told how many pixels have been added.
+/// Traces the image of `job` as `plan` says, as linear light or as bytes. `progress` is told how many
+/// pixels have been added.
 ///
 /// # Errors
 /// What a surface function does wrong.
@@ -73,12 +74,30 @@ pub(crate) fn trace_job(
     job: &RenderJob<'_>,
     plan: &Plan,
     settings: Settings<'_>,
+    is_linear: bool,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced, TraceFailure> {
+    Ok(if is_linear {
+        trace_pixels(job, plan, settings, progress)?.map(|image| picture(image, Pixels::Linear))
+    } else {
+        trace_pixels(job, plan, settings, progress)?.map(|image| picture(image, Pixels::Bytes))
+    })
+}
+
+/// The same in pixels of any kind.
+///
+/// # Errors
+/// What a surface function does wrong.
+pub(crate) fn trace_pixels<P: Pixel>(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Traced<Image<P>>, TraceFailure> {
     match settings.precision {
-        Precision::F64 => trace_with::<Scene<f64>>(job, plan, settings, progress),
-        Precision::Dd => trace_with::<Scene<Dd>>(job, plan, settings, progress),
-        Precision::Certified => trace_with::<CertainScene>(job, plan, settings, progress),
+        Precision::F64 => trace_with::<Scene<f64>, P>(job, plan, settings, progress),
+        Precision::Dd => trace_with::<Scene<Dd>, P>(job, plan, settings, progress),
+        Precision::Certified => trace_with::<CertainScene, P>(job, plan, settings, progress),
     }
 }
 
@@ -89,7 +108,7 @@ trait Traceable: Send + Sync + Sized {
 
     fn n_shapes(&self) -> usize;
 
-    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
+    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
         &self,
         plan: &Plan,
         worker: impl Fn() -> E + Sync,
@@ -97,11 +116,8 @@ trait Traceable: Send + Sync + Sized {
     ) -> Result<Rendered<P>, TraceFailure>;
 }
 
-struct Rendered<P> {
-    image: Image<P>,
-    certainties: Option<Vec<Certainty>>,
-    rays: RayCounts,
-}
+/// An image, how each of its pixels is known, if that was asked for, and the rays it took.
+type Rendered<P> = (Image<P>, Option<Vec<Certainty>>, RayCounts);
 
 impl<R: Real> Traceable for Scene<R> {
     fn build(job: &RenderJob<'_>) -> (Self, Vec<Arc<Closure>>) {
@@ -112,14 +128,14 @@ impl<R: Real> Traceable for Scene<R> {
         Scene::n_shapes(self)
     }
 
-    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
+    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
         &self,
         Plan { view, illumination }: &Plan,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure> {
         let (image, rays) = renderer::render(self, illumination, view, worker, progress)?;
-        Ok(Rendered { image, certainties: None, rays })
+        Ok((image, None, rays))
     }
 }
 
@@ -135,27 +151,27 @@ impl Traceable for CertainScene {
         CertainScene::n_shapes(self)
     }
 
-    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
+    fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
         &self,
         Plan { view, illumination }: &Plan,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure> {
-        let (image, certainties, rays) =
-            renderer::certify::certify(self, illumination, view, worker, progress)?;
-        Ok(Rendered { image, certainties: Some(certainties), rays })
+        let (image, certainties, rays) = certify(self, illumination, view, worker, progress)?;
+        Ok((image, Some(certainties), rays))
     }
 }
 
-fn trace_with<T: Traceable>(
+fn trace_with<T: Traceable, P: Pixel>(
     job: &RenderJob<'_>,
     plan: &Plan,
     settings: Settings<'_>,
     progress: &(dyn Fn(u64) + Sync),
-) -> Result<Traced, TraceFailure> {
-    let start = Instant::now();
+) -> Result<Traced<Image<P>>, TraceFailure> {
+    let now = settings.clock;
+    let start = now();
     let (scene, surfaces) = settings.threads.install(|| T::build(job));
-    let built = Instant::now();
+    let built = now();
     let limits = settings.limits;
     let shaders = match settings.engine {
         Engine::Interp => None,
@@ -166,17 +182,17 @@ fn trace_with<T: Traceable>(
     let observer = observe.as_ref().map(|observe| observe as Observer<'_>);
     let shaders =
         shaders.map(|tiering| Shaders::observed(job.program, &surfaces, limits, tiering, observer));
-    let made = Instant::now();
+    let made = now();
     let times = || shaders.as_ref().map_or(Duration::ZERO, |shaders| shaders.times().total());
     let times_before = times();
-    let (picture, certainties, rays) = match &shaders {
-        Some(shaders) => trace(&scene, plan, settings, || shaders.worker(), progress)?,
+    let (picture, certainties, rays) = settings.threads.install(|| match &shaders {
+        Some(shaders) => scene.render(plan, || shaders.worker(), progress),
         None => {
             let worker = || InterpSurfaces::new(job.program, &surfaces, limits);
-            trace(&scene, plan, settings, worker, progress)?
+            scene.render(plan, worker, progress)
         }
-    };
-    let trace_time = made.elapsed();
+    })?;
+    let trace_time = now() - made;
     let jit_time = (made - built) + (times() - times_before);
     Ok(Traced {
         picture,
@@ -191,25 +207,23 @@ fn trace_with<T: Traceable>(
     })
 }
 
-fn trace<E: SurfaceEval<Error = Box<Error>> + Send>(
-    scene: &impl Traceable,
-    plan: &Plan,
-    settings: Settings<'_>,
-    worker: impl Fn() -> E + Send + Sync,
-    progress: &(dyn Fn(u64) + Sync),
-) -> Result<(Picture, Option<Vec<Certainty>>, RayCounts), TraceFailure> {
-    settings.threads.install(|| {
-        if settings.is_linear {
-            return Ok(picture(scene.render(plan, worker, progress)?, Pixels::Linear));
-        }
-        Ok(picture(scene.render(plan, worker, progress)?, Pixels::Bytes))
-    })
+fn picture<P>(image: Image<P>, pixels: impl FnOnce(Vec<P>) -> Pixels) -> Picture {
+    let Image { width, height, pixels: all } = image;
+    Picture { width, height, pixels: pixels(all) }
 }
 
-fn picture<P>(
-    Rendered { image, certainties, rays }: Rendered<P>,
-    pixels: impl FnOnce(Vec<P>) -> Pixels,
-) -> (Picture, Option<Vec<Certainty>>, RayCounts) {
-    let Image { width, height, pixels: all } = image;
-    (Picture { width, height, pixels: pixels(all) }, certainties, rays)
+impl<I> Traced<I> {
+    fn map<J>(self, change: impl FnOnce(I) -> J) -> Traced<J> {
+        Traced {
+            picture: change(self.picture),
+            certainties: self.certainties,
+            rays: self.rays,
+            n_shapes: self.n_shapes,
+            surfaces: self.surfaces,
+            n_surfaces: self.n_surfaces,
+            build_time: self.build_time,
+            jit_time: self.jit_time,
+            trace_time: self.trace_time,
+        }
+    }
 }

@@ -49,7 +49,7 @@ fn tables_show_all_variants_and_nothing_is_written() {
     let text = ended.text();
     assert!(text.contains("\ns.gml: 2 images, 138 pixels, "), "{text}");
     assert!(text.contains("\nball.gml: 1 image, 48 pixels, "), "{text}");
-    for line in ["  jit      1 ", "  jit      2 ", "  auto     1 ", "  auto     2 "] {
+    for line in ["  jit         1 ", "  jit         2 ", "  auto        1 ", "  auto        2 "] {
         // Twice for each scene: times, and phases.
         assert_eq!(text.matches(line).count(), 4, "{line}\n{text}");
     }
@@ -102,6 +102,41 @@ fn exports_have_the_shape_of_hyperfine() {
     }
     assert!(number(&exported["gmlvm"]["machine"]["cores"]) >= 1.0);
     assert_eq!(exported["gmlvm"]["version"], env!("CARGO_PKG_VERSION"));
+}
+
+/// Precisions are variants as engines are, and each has its own images.
+#[test]
+fn precisions_are_variants() {
+    let sandbox = sandbox();
+    // Lines between tiles run through the centres of pixels, where the last digit decides.
+    let tiles = "{ /v /u /face u floor v floor addi 2 modi real /c c c c point 1.0 0.0 1.0 } plane
+        0.0 -1.0 0.0 translate /tiles
+        1.0 1.0 1.0 point [ ] tiles 1 90.0 48 36 \"t.ppm\" render";
+    sandbox.file("tiles.gml", tiles);
+    let bench = ["bench", "tiles.gml", "--engines", "interp,jit", "--precision", "f64,dd"];
+    let ended = sandbox.run(&[&bench[..], &["--runs", "2", "--export", "o.json"]].concat());
+    assert_ok(&ended);
+    for line in ["  interp      1 ", "  interp dd   1 ", "  jit         1 ", "  jit dd      1 "] {
+        assert_eq!(ended.text().matches(line).count(), 2, "{line}\n{}", ended.text());
+    }
+    let exported = json(&sandbox.read("o.json"));
+    let results = exported["results"].as_array().expect("a list");
+    let commands: Vec<_> = results.iter().map(|result| result["command"].as_str()).collect();
+    let command = |rest: &str| format!("gmlvm run tiles.gml --engine {rest}");
+    let expected = ["interp -j 1", "interp -j 1 --precision dd", "jit -j 1"].map(command);
+    assert_eq!(commands[..3], expected.each_ref().map(|command| Some(command.as_str())));
+    let of = |index: usize, key: &str| &results[index]["gmlvm"][key];
+    assert_eq!(
+        ["f64", "dd", "f64", "dd"],
+        [0, 1, 2, 3].map(|index| of(index, "precision").clone())
+    );
+    assert_eq!(of(0, "image_hash"), of(2, "image_hash"));
+    assert_eq!(of(1, "image_hash"), of(3, "image_hash"));
+    assert_ne!(of(0, "image_hash"), of(1, "image_hash"));
+    let args = [&bench[..], &["--runs", "1", "--compare", "o.json"]].concat();
+    let ended = sandbox.run(&args);
+    assert_ok(&ended);
+    assert_eq!(ended.text().matches("too few runs to tell").count(), 7, "{}", ended.text());
 }
 
 /// The hash is that of the files that `run` writes, one behind the other.

@@ -67,7 +67,7 @@ pub type Certified<P> = (Image<P>, Vec<Certainty>, RayCounts);
 ///
 /// # Errors
 /// The failure of the first pixel, in reading order, that has one.
-pub fn certify<E: SurfaceEval + Send, P: Pixel + PartialEq>(
+pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     scene: &CertainScene,
     illumination: &Illumination,
     view: &View,
@@ -101,7 +101,7 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel + PartialEq>(
 }
 
 /// A colour that a shader has found as a pixel, and why that is not certain.
-fn certain<R: Real, E: SurfaceEval, P: Pixel + PartialEq>(
+fn certain<R: Real, E: SurfaceEval, P: Pixel>(
     shader: &Shader<'_, R, E>,
     light: Vec3<R>,
 ) -> (P, Option<Doubt>) {

@@ -1,7 +1,7 @@
 //! Images, and the encoding of colours as pixels.
 
 /// What a colour is stored as.
-pub trait Pixel: Copy + Send + Sync + Default {
+pub trait Pixel: Copy + Send + Sync + Default + PartialEq {
     /// Encodes linear red, green and blue, of any size.
     fn from_linear(color: [f64; 3]) -> Self;
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::args::{Engine, Inputs, LimitArgs, PictureArgs};
+use crate::args::{Engine, Inputs, LimitArgs, PictureArgs, Precision};
 use crate::values;
 
 /// `gmlvm bench`.
@@ -24,6 +24,15 @@ pub(crate) struct BenchArgs {
         help_heading = "Measurement"
     )]
     pub(crate) engines: Vec<Engine>,
+    /// The numbers that rays are traced with, in each of which the engines run
+    #[arg(
+        long,
+        value_name = "NUMBERS,...",
+        value_delimiter = ',',
+        default_value = "f64",
+        help_heading = "Measurement"
+    )]
+    pub(crate) precision: Vec<Precision>,
     /// Numbers of threads, each at most 1024
     #[arg(short = 'j', long, value_name = "N,...", value_delimiter = ',', default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024), help_heading = "Measurement")]
     pub(crate) threads: Vec<u16>,
@@ -56,13 +65,13 @@ pub(crate) struct BenchArgs {
 }
 
 pub(super) const BENCH_ABOUT: &str = "\
-Time engines and numbers of threads against one another; write no images.
+Time engines, precisions and numbers of threads against one another; write no images.
 
-Every engine with every number of threads is a variant. Variants run in turn, once in each round, \
+Every engine in every precision with every number of threads is a variant. Variants run in turn, once in each round, \
 and who begins moves on from round to round, so that whatever else the machine does falls on all \
 alike. A run takes from reading the scene to encoding its images in memory, and starts cold: \
-nothing compiled by an earlier run is used again. All variants must give the same images, to the \
-last byte; if not, that is an error.
+nothing compiled by an earlier run is used again. All variants of one precision must give the same \
+images, to the last byte; if not, that is an error.
 
 Printed are the median, its spread (the median of the absolute deviations from it), and the median \
 ratio to the first variant's time in the same round. The interval holds the true median ratio with \
@@ -83,6 +92,7 @@ pub(super) const BENCH_EXAMPLES: &str = "\
 Examples:
   gmlvm bench scene.gml                            the three engines on one thread
   gmlvm bench scene.gml --engines auto -j 1,2      what a second thread gains
+  gmlvm bench scene.gml --precision f64,dd         what twice the digits cost
   gmlvm bench scenes/*.gml --time 5s --export old.json
   gmlvm bench scenes/*.gml --time 5s --compare old.json
   gmlvm bench scene.gml --engines auto,auto        how much is noise

@@ -6,6 +6,7 @@ use crate::report::Reporter;
 
 mod accept;
 mod bench;
+mod chart;
 mod check;
 mod diff;
 mod disasm;
@@ -26,6 +27,7 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Eval(args) => eval::eval(args, reporter),
         Command::Diff(args) => diff::diff(args),
         Command::Bench(args) => bench::bench(args, reporter),
+        Command::Chart(args) => chart::chart(args, reporter),
         Command::Stability(args) => stability::stability(args, reporter),
         Command::Explain(args) => explain::explain(args),
     }

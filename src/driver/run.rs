@@ -112,7 +112,7 @@ fn write_stats(args: &RunArgs, n_threads: usize, mut host: Renders<'_>) -> Resul
     host.stats.version = env!("CARGO_PKG_VERSION");
     host.stats.scene = args.scene.display().to_string();
     host.stats.engine = args.engine.name();
-    host.stats.precision = args.picture.precision().name();
+    host.stats.precision = args.precision().name();
     host.stats.threads = n_threads;
     host.stats.write(path)
 }

@@ -15,6 +15,7 @@ use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture};
+use crate::measure::machine;
 use crate::output::Problem;
 use crate::perf::PerfMap;
 use crate::report::Reporter;
@@ -117,7 +118,7 @@ impl<'a> Renders<'a> {
     fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let start = Instant::now();
         let Size { width, height } = plan::size(job, &self.args.picture);
-        let precision = self.args.picture.precision();
+        let precision = self.args.precision();
         self.args.limits.check(job, self.n_images, width, height, precision)?;
         let plan = Plan::new(job, &self.args.picture).map_err(|failure| self.stop(failure))?;
         let destination = self.destination(job)?;
@@ -178,12 +179,13 @@ impl<'a> Renders<'a> {
         let settings = Settings {
             threads: self.threads,
             engine: self.args.engine,
-            precision: self.args.picture.precision(),
-            is_linear: format == ImageFormat::Pfm,
+            precision: self.args.precision(),
             limits: self.args.limits.machine(),
             perf_map: self.perf_map.as_ref(),
+            clock: machine::time,
         };
-        let traced = trace::trace_job(job, plan, settings, &|n| bar.inc(n));
+        let is_linear = format == ImageFormat::Pfm;
+        let traced = trace::trace_job(job, plan, settings, is_linear, &|n| bar.inc(n));
         bar.finish_and_clear();
         traced.map_err(|failure| surface_error(failure, job))
     }
@@ -220,7 +222,7 @@ impl<'a> Renders<'a> {
     /// Ends the program for a reason that is none of its own; what is returned is never shown.
     fn stop(&mut self, failure: Failure) -> Box<Diagnostic> {
         self.stopped_by = Some(failure);
-        Box::new(Diagnostic::new(Code::CannotWrite, Span::NONE, "stopped"))
+        stopped()
     }
 }
 
@@ -233,6 +235,11 @@ impl Host for Renders<'_> {
         self.busy += start.elapsed();
         outcome
     }
+}
+
+/// What ends a program for a reason that is none of its own, which the host keeps; never shown.
+pub(crate) fn stopped() -> Box<Diagnostic> {
+    Box::new(Diagnostic::new(Code::CannotWrite, Span::NONE, "stopped"))
 }
 
 /// The error that says why the job's image, shown under this name, is not written.
@@ -264,7 +271,8 @@ pub(crate) fn unwritable(
     Box::new(diagnostic)
 }
 
-fn surface_error(failure: TraceFailure, job: &RenderJob<'_>) -> Box<Diagnostic> {
+/// The error of a surface function, with the pixel that met it.
+pub(crate) fn surface_error(failure: TraceFailure, job: &RenderJob<'_>) -> Box<Diagnostic> {
     let (x, y) = (failure.x, failure.y);
     let mut diagnostic = failure.error.into_diagnostic();
     if diagnostic.primary.span != job.origin.span {

@@ -10,13 +10,16 @@ use compiler::preprocess::Includes;
 use compiler::source::SourceMap;
 use rayon::ThreadPool;
 use renderer::camera::View;
+use renderer::image::Pixel;
 use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
+use vm::surfaces;
 
 use crate::args::{Engine, Precision};
 use crate::failure::Failure;
 use crate::formats::{Picture, Pixels};
+use crate::measure::machine;
 use crate::report::Reporter;
 use crate::run::plan::Plan;
 use crate::trace::{self, Settings, Traced};
@@ -27,7 +30,7 @@ pub(crate) use cases::{CASES, Case};
 
 mod cases;
 mod image;
-mod naive;
+pub(crate) mod naive;
 mod oracle;
 
 /// No scene of the suite comes near.
@@ -45,10 +48,7 @@ pub(crate) struct Method {
 impl Method {
     /// The heading of its column.
     pub(crate) fn name(self) -> String {
-        match self.precision {
-            Precision::F64 => self.engine.name().to_owned(),
-            other => format!("{} {}", self.engine.name(), other.name()),
-        }
+        self.engine.in_precision(self.precision)
     }
 }
 
@@ -125,12 +125,23 @@ struct Images<'m> {
 
 impl Host for Images<'_> {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
-        self.naive.push(naive::render(&job));
+        self.naive.push(naive_image(&job));
         for (method, images) in self.methods.iter().zip(&mut self.ours) {
             images.push(render(&job, *method, self.threads));
         }
         Ok(())
     }
+}
+
+fn naive_image(job: &RenderJob<'_>) -> Image {
+    let illumination = job.illumination(Dialect::Auto);
+    let (_, functions) = surfaces::scene::<f64>(&job.object);
+    let naive::Traced { pixels, n_blocked } =
+        naive::Tracer::<f64>::new(job, &functions, &illumination, LIMITS, naive::EPSILON)
+            .expect("no solid of the suite is nested deep")
+            .trace(&View::whole(job.width, job.height, job.fov_deg), &|_| {});
+    let pixels = pixels.into_iter().map(|light| light.map(<[u8; 3]>::from_linear)).collect();
+    Image { width: job.width, height: job.height, pixels, n_blocked }
 }
 
 fn render(job: &RenderJob<'_>, method: Method, threads: &ThreadPool) -> Image {
@@ -142,11 +153,11 @@ fn render(job: &RenderJob<'_>, method: Method, threads: &ThreadPool) -> Image {
         threads,
         engine: method.engine,
         precision: method.precision,
-        is_linear: false,
         limits: LIMITS,
         perf_map: None,
+        clock: machine::time,
     };
-    let (pixels, n_blocked) = match trace::trace_job(job, &plan, settings, &|_| {}) {
+    let (pixels, n_blocked) = match trace::trace_job(job, &plan, settings, false, &|_| {}) {
         Ok(Traced { picture: Picture { pixels: Pixels::Bytes(pixels), .. }, rays, .. }) => {
             (pixels.into_iter().map(Some).collect(), rays.blocked)
         }

@@ -1,24 +1,18 @@
 //! Results as hyperfine writes them, with details of our own; and reading them again.
 
 use std::collections::HashMap;
-use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 use crate::clean::clean;
-use crate::console;
-use crate::driver::bench::machine::Machine;
-use crate::driver::bench::statistics::{
+use crate::failure::Failure;
+use crate::measure::json;
+use crate::measure::machine::Machine;
+use crate::measure::statistics::{
     Ratio, mean, median, median_absolute_deviation, standard_deviation,
 };
-use crate::failure::Failure;
-use crate::output::Target;
 use crate::run::stats::{Phases, Rays};
-
-/// Files of results are not longer than this: some millions of times.
-const MAX_BYTES: u64 = 64 << 20;
 
 /// One command and its times, in seconds.
 #[derive(Clone, Debug, Serialize)]
@@ -52,6 +46,10 @@ pub(super) enum Details {
 pub(super) struct SceneDetails {
     pub(super) scene: String,
     pub(super) engine: &'static str,
+    pub(super) precision: &'static str,
+    /// Engine and precision, as the table names them.
+    #[serde(skip)]
+    pub(super) way: String,
     pub(super) threads: usize,
     pub(super) images: usize,
     pub(super) pixels: u64,
@@ -152,12 +150,7 @@ struct About<'e> {
 /// When it cannot be done.
 pub(super) fn write(path: &Path, machine: &Machine, entries: &[Entry]) -> Result<(), Failure> {
     let about = About { version: env!("CARGO_PKG_VERSION"), machine };
-    let text = serde_json::to_string_pretty(&Results { results: entries, gmlvm: about })
-        .map_err(|error| Failure::Output(format!("could not write the results: {error}")))?;
-    if path.as_os_str() == "-" {
-        return console::data(|out| writeln!(out, "{text}"));
-    }
-    Target::path(path.to_owned()).write_plain(&mut |out| writeln!(out, "{text}"))
+    json::write(path, &Results { results: entries, gmlvm: about })
 }
 
 /// Results of another day.
@@ -218,23 +211,8 @@ impl Old {
     /// Says what is wrong, and where.
     pub(super) fn read(path: &Path) -> Result<Old, Failure> {
         let name = clean(&path.display().to_string()).into_owned();
-        let mut bytes = Vec::new();
-        File::open(path)
-            .and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes))
-            .map_err(|error| {
-                Failure::Usage(format!("cannot read `{name}`: {}", console::reason(&error)))
-            })?;
-        if bytes.len() as u64 > MAX_BYTES {
-            let limit = MAX_BYTES >> 20;
-            return Err(Failure::Usage(format!("`{name}` is longer than {limit} MiB")));
-        }
-        let old: Result<Old, _> = serde_json::from_slice(&bytes);
-        old.map(|old| Old { name: name.clone(), ..old }).map_err(|error| {
-            let text = error.to_string();
-            let reason = text.rsplit_once(" at line ").map_or(text.as_str(), |(reason, _)| reason);
-            let (line, column) = (error.line(), error.column());
-            Failure::Usage(format!("{name}:{line}:{column}: not results of a benchmark: {reason}"))
-        })
+        let old: Old = json::read(path, "results of a benchmark")?;
+        Ok(Old { name, ..old })
     }
 
     /// The entries by their commands; of equal ones the first.

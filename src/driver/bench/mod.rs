@@ -1,4 +1,5 @@
-//! `gmlvm bench`: engines and numbers of threads against one another, or surface functions alone.
+//! `gmlvm bench`: engines, precisions and numbers of threads against one another, or surface
+//! functions alone.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -8,18 +9,15 @@ use rayon::ThreadPool;
 use crate::args::BenchArgs;
 use crate::console;
 use crate::driver::bench::export::{Entry, Old};
-use crate::driver::bench::machine::Machine;
 use crate::driver::run;
 use crate::failure::Failure;
 use crate::load::is_stdio;
+use crate::measure::machine::Machine;
 use crate::report::Reporter;
 
 mod export;
-mod machine;
 mod points;
-mod rounds;
 mod scenes;
-mod statistics;
 mod surfaces;
 mod table;
 

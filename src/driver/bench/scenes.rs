@@ -8,17 +8,17 @@ use crate::args::{BenchArgs, Dialect, Engine, Precision, RunArgs};
 use crate::clean::clean;
 use crate::driver::bench::Pools;
 use crate::driver::bench::export::{Compared, Details, Entry, SceneDetails};
-use crate::driver::bench::machine::ProcessorTime;
-use crate::driver::bench::rounds::Rounds;
-use crate::driver::bench::statistics::{median, paired_ratio};
 use crate::driver::run;
 use crate::failure::Failure;
+use crate::measure::machine::ProcessorTime;
+use crate::measure::rounds::Rounds;
+use crate::measure::statistics::{median, paired_ratio};
 use crate::report::Reporter;
 use crate::run::Renders;
 use crate::run::digest::Digest;
 use crate::run::stats::{Phases, Stats};
 
-/// One engine with one number of threads.
+/// One engine in one precision with one number of threads.
 struct Variant<'p> {
     args: RunArgs,
     threads: &'p ThreadPool,
@@ -50,26 +50,35 @@ pub(super) fn measure(
     let mut variants: Vec<Variant<'_>> = args
         .engines
         .iter()
-        .flat_map(|&engine| args.threads.iter().map(move |threads| (engine, threads)))
-        .map(|(engine, threads)| Variant::new(scene, engine, *threads, &pools[threads], args))
+        .flat_map(|&engine| args.precision.iter().map(move |&precision| (engine, precision)))
+        .flat_map(|way| args.threads.iter().map(move |threads| (way, threads)))
+        .map(|(way, threads)| Variant::new(scene, way, *threads, &pools[threads], args))
         .collect();
-    let rounds = Rounds::new(args);
+    let rounds = Rounds::new(args.warmup, args.runs, args.time);
     let shown = scene.display().to_string();
     let bar = rounds.bar(&clean(&shown), variants.len(), reporter.quiet);
-    let mut expected: Option<(Digest, String)> = None;
+    let mut expected: Vec<(Precision, Digest, String)> = Vec::new();
     let outcome = rounds.each(variants.len(), |index, counts| {
         let variant = &mut variants[index];
         let digest = variant.run(counts, reporter)?;
-        let (first, first_name) = expected.get_or_insert_with(|| (digest, variant.name()));
         bar.inc(1);
-        same_images(&shown, (*first, first_name), (digest, &variant.name()))
+        let precision = variant.args.precision;
+        match expected.iter().find(|(of, ..)| *of == precision) {
+            Some((_, first, name)) => {
+                same_images(&shown, (*first, name), (digest, &variant.name()))
+            }
+            None => {
+                expected.push((precision, digest, variant.name()));
+                Ok(())
+            }
+        }
     });
     bar.finish_and_clear();
     outcome?;
     Ok(entries(scene, &variants))
 }
 
-/// Fails if two runs of a scene gave different images.
+/// Fails if two runs of a scene in one precision gave different images.
 fn same_images(
     scene: &str,
     (first, first_name): (Digest, &str),
@@ -88,7 +97,7 @@ fn same_images(
 impl<'p> Variant<'p> {
     fn new(
         scene: &Path,
-        engine: Engine,
+        (engine, precision): (Engine, Precision),
         n_threads: u16,
         threads: &'p ThreadPool,
         args: &BenchArgs,
@@ -105,6 +114,8 @@ impl<'p> Variant<'p> {
             engine,
             perf_map: false,
             picture: args.picture,
+            precision,
+            certify: false,
             limits: args.limits,
         };
         Variant {
@@ -118,7 +129,8 @@ impl<'p> Variant<'p> {
     }
 
     fn name(&self) -> String {
-        format!("{} -j {}", self.args.engine.name(), self.threads.current_num_threads())
+        let RunArgs { engine, precision, .. } = self.args;
+        format!("{} -j {}", engine.in_precision(precision), self.threads.current_num_threads())
     }
 
     /// Runs once. What a run says besides errors would be said hundreds of times.
@@ -160,7 +172,7 @@ impl<'p> Variant<'p> {
 
     /// The command that does what was measured, besides writing the image.
     fn command(&self) -> String {
-        let RunArgs { scene, inputs, picture, .. } = &self.args;
+        let RunArgs { scene, inputs, picture, precision, .. } = &self.args;
         let mut words = vec!["gmlvm".to_owned(), "run".to_owned(), scene.display().to_string()];
         words.extend(["--engine".to_owned(), self.args.engine.name().to_owned()]);
         words.extend(["-j".to_owned(), self.threads.current_num_threads().to_string()]);
@@ -176,8 +188,8 @@ impl<'p> Variant<'p> {
             Dialect::Chicago => Some("chicago".to_owned()),
         };
         option("--dialect", dialect);
-        let is_plain = picture.precision() == Precision::F64;
-        option("--precision", (!is_plain).then(|| picture.precision().name().to_owned()));
+        let is_plain = *precision == Precision::F64;
+        option("--precision", (!is_plain).then(|| precision.name().to_owned()));
         inputs.defines.iter().for_each(|define| option("-D", Some(define.text.clone())));
         inputs.include_dirs.iter().for_each(|dir| option("-I", Some(dir.display().to_string())));
         words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
@@ -204,6 +216,8 @@ fn entries(scene: &Path, variants: &[Variant<'_>]) -> Vec<Entry> {
         let details = SceneDetails {
             scene: scene.display().to_string(),
             engine: variant.args.engine.name(),
+            precision: variant.args.precision.name(),
+            way: variant.args.engine.in_precision(variant.args.precision),
             threads: variant.threads.current_num_threads(),
             images: variant.stats.counts.images,
             pixels: variant.stats.counts.pixels,

@@ -26,12 +26,12 @@ use vm::value::Closure;
 use crate::args::{BenchArgs, LimitArgs, Precision};
 use crate::clean::clean;
 use crate::driver::bench::export::{Compared, Details, Entry, SurfaceDetails};
-use crate::driver::bench::machine::{ProcessorTime, thread_time};
 use crate::driver::bench::points;
-use crate::driver::bench::rounds::Rounds;
-use crate::driver::bench::statistics::{median, paired_ratio};
 use crate::failure::Failure;
 use crate::load::Source;
+use crate::measure::machine::{ProcessorTime, thread_time};
+use crate::measure::rounds::Rounds;
+use crate::measure::statistics::{median, paired_ratio};
 use crate::report::Reporter;
 
 /// Passes over the points are repeated until one sample takes this long.
@@ -66,7 +66,7 @@ pub(super) fn measure(
     for (group, shaders) in groups.iter().zip(&shaders) {
         contenders.extend(bench.contenders(group, shaders)?);
     }
-    let rounds = Rounds::new(args);
+    let rounds = Rounds::new(args.warmup, args.runs, args.time);
     let shown = scene.display().to_string();
     let bar = rounds.bar(&clean(&shown), contenders.len(), reporter.quiet);
     let done: Result<(), Failure> = rounds.each(contenders.len(), |index, counts| {

@@ -7,8 +7,9 @@ use compiler::diagnostic::grouped;
 
 use crate::clean::clean;
 use crate::driver::bench::export::{Compared, Details, Entry, Old, SceneDetails, SurfaceDetails};
-use crate::driver::bench::machine::Machine;
-use crate::driver::bench::statistics::unpaired_ratio;
+use crate::measure::machine::Machine;
+use crate::measure::statistics::unpaired_ratio;
+use crate::measure::time;
 use crate::run::stats::Phases;
 
 /// What the figures below it depend on.
@@ -68,7 +69,7 @@ fn rounds(n: usize) -> String {
 fn variants(entries: &[Entry], text: &mut String) {
     put!(
         text,
-        "  {:<6} {:>3} {:>10} {:>10} {:>10} {:>8} {:>8}  {}",
+        "  {:<9} {:>3} {:>10} {:>10} {:>10} {:>8} {:>8}  {}",
         "engine",
         "-j",
         "median",
@@ -84,8 +85,8 @@ fn variants(entries: &[Entry], text: &mut String) {
             |rate: Option<f64>| rate.map_or("–".to_owned(), |rate| format!("{:.2}", rate / 1e6));
         put!(
             text,
-            "  {:<6} {:>3} {:>10} {:>10} {:>10} {:>8} {:>8}  {}",
-            details.engine,
+            "  {:<9} {:>3} {:>10} {:>10} {:>10} {:>8} {:>8}  {}",
+            details.way,
             details.threads,
             time(entry.median),
             time(entry.spread),
@@ -100,15 +101,15 @@ fn variants(entries: &[Entry], text: &mut String) {
 fn phases(entries: &[Entry], text: &mut String) {
     let names = ["read", "compile", "run", "build", "jit", "trace", "write"];
     let names = names.map(|name| format!("{name:>9}")).join(" ");
-    put!(text, "  {:<6} {:>3} {names}", "ms in", "-j");
+    put!(text, "  {:<9} {:>3} {names}", "ms in", "-j");
     for entry in entries {
-        let Details::Scene(SceneDetails { engine, threads, phases, .. }) = &entry.details else {
+        let Details::Scene(SceneDetails { way, threads, phases, .. }) = &entry.details else {
             continue;
         };
         let Phases { read, compile, run, build, jit, trace, write } = *phases;
         let times = [read, compile, run, build, jit, trace, write];
         let times = times.map(|time| format!("{:>9.3}", time * 1e3)).join(" ");
-        put!(text, "  {engine:<6} {threads:>3} {times}");
+        put!(text, "  {way:<9} {threads:>3} {times}");
     }
 }
 
@@ -187,15 +188,4 @@ fn ratio(compared: Compared) -> String {
     let Compared { ratio, interval, verdict } = compared;
     let interval = interval.map(|[low, high]| format!(" [{low:.3}, {high:.3}]"));
     format!("{ratio:.3}{}  {verdict}", interval.unwrap_or_default())
-}
-
-/// A time in the unit that suits it.
-fn time(seconds: f64) -> String {
-    let (factor, unit) = match seconds {
-        s if s >= 1.0 => (1.0, "s"),
-        s if s >= 1e-3 => (1e3, "ms"),
-        s if s >= 1e-6 => (1e6, "µs"),
-        _ => (1e9, "ns"),
-    };
-    format!("{:.2} {unit}", seconds * factor)
 }

@@ -1,4 +1,5 @@
-//! A ray tracer as textbooks have it, in doubles and without care: the suite's test double.
+//! A ray tracer as textbooks have it, without care and without a hierarchy: the test double of the
+//! stability suite, and a series of the charts.
 //!
 //! It does what the renderer does, but for what the suite is about. Rays have unit length, and start
 //! to count an epsilon away from where they start; transforms are matrices, and their inverses are
@@ -8,125 +9,200 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
-use renderer::camera::View;
-use renderer::image::Pixel;
+use renderer::camera::{Region, View};
 use renderer::light::{Attenuation, Light};
 use renderer::shade::Illumination;
 use renderer::surface::{SurfaceEval, SurfaceId};
-use vm::host::{Dialect, RenderJob};
-use vm::surfaces::{self, InterpSurfaces};
+use vm::host::RenderJob;
+use vm::machine::Limits;
+use vm::surfaces::InterpSurfaces;
+use vm::value::Closure;
 
 use self::solid::{Ray, Solid};
-use super::LIMITS;
-use super::image::Image;
+use self::vector::Vector;
+
+pub(crate) use self::vector::Number;
 
 mod solid;
+mod vector;
 
-/// What is nearer than this is where the ray starts.
-const EPSILON: f64 = 1e-6;
+/// The epsilon of the suite's column: what is nearer is where the ray starts.
+pub(super) const EPSILON: f64 = 1e-6;
 
-const EYE: DVec3 = DVec3::NEG_Z;
-
-/// The image of a job; no pixel where a surface function fails.
-pub(super) fn render(job: &RenderJob<'_>) -> Image {
-    let (_, functions) = surfaces::scene::<f64>(&job.object);
-    let numbers: HashMap<_, _> =
-        functions.iter().zip(0..).map(|(f, number)| (Arc::as_ptr(f), SurfaceId(number))).collect();
-    let mut tracer = Tracer {
-        solid: Solid::new(&job.object, DAffine3::IDENTITY, &|f| numbers[&Arc::as_ptr(f)]),
-        illumination: job.illumination(Dialect::Auto),
-        surfaces: InterpSurfaces::new(job.program, &functions, LIMITS),
-        n_blocked: 0,
-    };
-    let view = View::whole(job.width, job.height, job.fov_deg);
-    let bounces = tracer.illumination.max_bounces;
-    let places = (0..job.height).flat_map(|y| (0..job.width).map(move |x| (x, y)));
-    let pixels = places
-        .map(|(x, y)| {
-            let color = tracer.radiance(&primary(&view, x, y), bounces)?;
-            Some(<[u8; 3]>::from_linear(color.to_array()))
-        })
-        .collect();
-    Image { width: job.width, height: job.height, pixels, n_blocked: tracer.n_blocked }
+/// What a job looks like, in linear light.
+pub(crate) struct Traced {
+    /// Row by row from the upper left, those of the region alone; none where a surface function
+    /// fails.
+    pub(crate) pixels: Vec<Option<[f64; 3]>>,
+    /// Rays toward lights that met something.
+    pub(crate) n_blocked: u64,
 }
 
-/// From the eye through a pixel, whose place is measured from the upper left corner.
-fn primary(view: &View, x: u32, y: u32) -> Ray {
-    let width = 2.0 * (view.fov_deg.to_radians() / 2.0).tan();
-    let pixel = width / f64::from(view.width);
-    let height = pixel * f64::from(view.height);
-    let across = -width / 2.0 + (f64::from(x) + 0.5) * pixel;
-    let up = height / 2.0 - (f64::from(y) + 0.5) * pixel;
-    Ray { origin: EYE, dir: DVec3::new(across, up, 1.0).normalize() }
-}
+/// A job's solid is nested deeper than this tracer can follow.
+#[derive(Debug)]
+pub(crate) struct TooDeep;
 
-struct Tracer<'p> {
-    solid: Solid,
-    illumination: Illumination,
+/// A job made ready for tracing.
+pub(crate) struct Tracer<'p, F> {
+    solid: Solid<F>,
+    illumination: &'p Illumination,
     surfaces: InterpSurfaces<'p>,
+    epsilon: F,
     n_blocked: u64,
 }
 
-impl Tracer<'_> {
-    /// The light that comes along a ray, with so many reflections at most; none if a surface
-    /// function fails.
-    fn radiance(&mut self, ray: &Ray, bounces: u32) -> Option<DVec3> {
-        let Some(hit) = self.solid.first_hit(ray) else { return Some(DVec3::ZERO) };
+/// What a point of a path shows, but for what it reflects.
+struct Shown<F> {
+    diffuse: Vector<F>,
+    specular: Vector<F>,
+    color: Vector<F>,
+    ks: F,
+    /// The ray that it reflects, if any.
+    reflected: Option<Ray<F>>,
+}
+
+/// A surface function has failed.
+struct Unanswered;
+
+impl<'p, F: Number> Tracer<'p, F> {
+    /// Prepares a job. What is nearer than `epsilon` is where a ray starts.
+    ///
+    /// # Errors
+    /// When it is beyond this tracer's means.
+    pub(crate) fn new(
+        job: &'p RenderJob<'_>,
+        functions: &'p [Arc<Closure>],
+        illumination: &'p Illumination,
+        limits: Limits,
+        epsilon: f64,
+    ) -> Result<Self, TooDeep> {
+        let numbers: HashMap<_, _> = functions
+            .iter()
+            .zip(0..)
+            .map(|(function, number)| (Arc::as_ptr(function), SurfaceId(number)))
+            .collect();
+        Ok(Tracer {
+            solid: Solid::new(&job.object, &|function| numbers[&Arc::as_ptr(function)])?,
+            illumination,
+            surfaces: InterpSurfaces::new(job.program, functions, limits),
+            epsilon: F::of(epsilon),
+            n_blocked: 0,
+        })
+    }
+
+    /// Traces the pixels that the view asks for. `progress` is told how many have been added.
+    pub(crate) fn trace(mut self, view: &View, progress: &dyn Fn(u64)) -> Traced {
+        let Region { x, y, width, height } = view.region;
+        let mut pixels = Vec::new();
+        for row in y..y + height {
+            for column in x..x + width {
+                let color = self.radiance(primary(view, column, row)).ok();
+                pixels.push(color.map(|Vector(color)| color.map(F::double)));
+            }
+            progress(u64::from(width));
+        }
+        Traced { pixels, n_blocked: self.n_blocked }
+    }
+
+    /// The light that comes along a ray.
+    fn radiance(&mut self, ray: Ray<F>) -> Result<Vector<F>, Unanswered> {
+        let mut path = Vec::new();
+        let mut next = Some(ray);
+        while let Some(ray) = next {
+            let is_last = path.len() as u64 >= u64::from(self.illumination.max_bounces);
+            let Some(shown) = self.bounce(&ray)? else { break };
+            next = shown.reflected.filter(|_| !is_last);
+            path.push(shown);
+        }
+        let Illumination { clamp_reflection, tint_specular, .. } = *self.illumination;
+        Ok(path.iter().rev().fold(Vector::zero(), |light, shown| {
+            let light = if clamp_reflection { light.clamped() } else { light };
+            let specular = shown.specular + light * shown.ks;
+            let tint = |light: Vector<F>| light.scaled_by(shown.color);
+            shown.diffuse + if tint_specular { tint(specular) } else { specular }
+        }))
+    }
+
+    /// What the point shows that a ray meets, if it meets one.
+    fn bounce(&mut self, ray: &Ray<F>) -> Result<Option<Shown<F>>, Unanswered> {
+        let Some(hit) = self.solid.first_hit(ray, self.epsilon) else { return Ok(None) };
         let point = ray.at(hit.t);
-        let outward = hit.shape.normal(&hit, point).normalize();
-        let normal = if outward.dot(ray.dir) > 0.0 { -outward } else { outward };
+        let outward = hit.shape.normal(&hit, point).normalized();
+        let normal = if outward.dot(ray.dir) > F::zero() { -outward } else { outward };
         let texture = hit.shape.texture(&hit, point);
-        let sample = self.surfaces.eval(hit.shape.surface, &texture).ok()?;
-        let mut diffuse = self.illumination.ambient * sample.kd;
-        let mut specular = DVec3::ZERO;
+        let sample = self.surfaces.eval(hit.shape.surface, &texture).map_err(|_| Unanswered)?;
+        let [kd, ks, exponent] = [sample.kd, sample.ks, sample.phong_exp].map(F::of);
+        let mut diffuse = Vector::of(self.illumination.ambient) * kd;
+        let mut specular = Vector::zero();
         for light in &self.illumination.lights {
             let (toward, distance, intensity) =
                 arriving(light, point, self.illumination.attenuation);
             let cos = normal.dot(toward);
-            if !(cos > 0.0 && intensity.max_element() > 0.0) {
+            if !(cos > F::zero() && intensity.0.into_iter().any(|c| c > F::zero())) {
                 continue;
             }
-            let blocker = self.solid.first_hit(&Ray { origin: point, dir: toward });
-            if blocker.is_some_and(|blocker| blocker.t < distance - EPSILON) {
+            let shadow = Ray { origin: point, dir: toward };
+            let blocker = self.solid.first_hit(&shadow, self.epsilon);
+            if blocker.is_some_and(|blocker| blocker.t < distance - self.epsilon) {
                 self.n_blocked += 1;
                 continue;
             }
-            diffuse += sample.kd * cos * intensity;
-            let highlight = normal.dot((toward - ray.dir).normalize());
-            if highlight > 0.0 {
-                specular += sample.ks * highlight.powf(sample.phong_exp) * intensity;
+            diffuse = diffuse + intensity * (kd * cos);
+            let highlight = normal.dot((toward - ray.dir).normalized());
+            if highlight > F::zero() {
+                specular = specular + intensity * (ks * highlight.powf(exponent));
             }
         }
-        if bounces > 0 && sample.ks != 0.0 {
-            let dir = (ray.dir - 2.0 * ray.dir.dot(normal) * normal).normalize();
-            let reflected = self.radiance(&Ray { origin: point, dir }, bounces - 1)?;
-            specular += sample.ks * reflected.clamp(DVec3::ZERO, DVec3::ONE);
-        }
-        Some(diffuse * sample.color + specular)
+        let color = Vector::of(sample.color);
+        let twice = (F::one() + F::one()) * ray.dir.dot(normal);
+        let dir = (ray.dir - normal * twice).normalized();
+        let reflected = (sample.ks != 0.0).then_some(Ray { origin: point, dir });
+        let diffuse = diffuse.scaled_by(color);
+        Ok(Some(Shown { diffuse, specular, color, ks, reflected }))
     }
 }
 
+/// From the eye through a pixel, whose place is measured from the upper left corner.
+fn primary<F: Number>(view: &View, x: u32, y: u32) -> Ray<F> {
+    let half = F::of(0.5);
+    let width = F::of(2.0) * (F::of(view.fov_deg).to_radians() * half).tan();
+    let pixel = width / F::of(f64::from(view.width));
+    let height = pixel * F::of(f64::from(view.height));
+    let across = -width * half + (F::of(f64::from(x)) + half) * pixel;
+    let up = height * half - (F::of(f64::from(y)) + half) * pixel;
+    Ray { origin: -Vector::axis(2), dir: Vector([across, up, F::one()]).normalized() }
+}
+
 /// Unit vector toward a light, its distance, and what would arrive of it.
-fn arriving(light: &Light, point: DVec3, attenuation: Attenuation) -> (DVec3, f64, DVec3) {
+fn arriving<F: Number>(
+    light: &Light,
+    point: Vector<F>,
+    attenuation: Attenuation,
+) -> (Vector<F>, F, Vector<F>) {
     let (position, color) = match *light {
-        Light::Directional { dir, color } => return (-dir / dir.length(), f64::INFINITY, color),
+        Light::Directional { dir, color } => {
+            let dir = Vector::<F>::of(dir);
+            return (-dir / dir.length(), F::infinity(), Vector::of(color));
+        }
         Light::Point { position, color } | Light::Spot { position, color, .. } => (position, color),
     };
-    let distance = (position - point).length();
-    let toward = (position - point) / distance;
+    let to_light = Vector::of(position) - point;
+    let distance = to_light.length();
+    let toward = to_light / distance;
     let spot = match *light {
         Light::Spot { at, cutoff_deg, exponent, .. } => {
-            let cos = -(at - position).normalize().dot(toward);
-            if cos < cutoff_deg.to_radians().cos() { 0.0 } else { cos.powf(exponent) }
+            let axis = (Vector::of(at) - Vector::of(position)).normalized();
+            let cos = (-axis).dot(toward);
+            let is_outside = cos < F::of(cutoff_deg).to_radians().cos();
+            if is_outside { F::zero() } else { cos.powf(F::of(exponent)) }
         }
-        _ => 1.0,
+        _ => F::one(),
     };
-    let fading = match attenuation {
-        Attenuation::Icfp => 100.0 / (99.0 + distance * distance),
-        Attenuation::Polynomial([a0, a1, a2]) => {
-            1.0 / (a0 + a1 * distance + a2 * distance * distance)
-        }
+    let (numerator, [a0, a1, a2]) = match attenuation {
+        Attenuation::Icfp => (100.0, [99.0, 0.0, 1.0]),
+        Attenuation::Polynomial(coefficients) => (1.0, coefficients),
     };
-    (toward, distance, color * spot * fading)
+    let [a0, a1, a2] = [a0, a1, a2].map(F::of);
+    let fading = F::of(numerator) / (a0 + a1 * distance + a2 * distance * distance);
+    (toward, distance, Vector::of(color) * spot * fading)
 }

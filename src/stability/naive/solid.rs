@@ -3,214 +3,242 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
 use renderer::object::{NodeKind, Object, SetOp, ShapeKind, TransformOp};
 use renderer::surface::{SurfaceId, SurfacePoint};
 use vm::value::Closure;
 
-use super::EPSILON;
+use super::TooDeep;
+use super::vector::{Affine, Number, Vector};
+
+/// Operations on sets that lie inside one another, beyond which a solid is refused: all of this goes
+/// by recursion. Unions of unions count as one.
+const MAX_NESTING: usize = 500;
 
 /// A line with a direction.
 #[derive(Clone, Copy)]
-pub(super) struct Ray {
-    pub(super) origin: DVec3,
-    pub(super) dir: DVec3,
+pub(super) struct Ray<F> {
+    pub(super) origin: Vector<F>,
+    pub(super) dir: Vector<F>,
 }
 
-impl Ray {
-    pub(super) fn at(&self, t: f64) -> DVec3 {
+impl<F: Number> Ray<F> {
+    pub(super) fn at(&self, t: F) -> Vector<F> {
         self.origin + self.dir * t
     }
 }
 
 /// What a ray may meet.
-pub(super) enum Solid {
-    Shape(Shape),
-    Combined(SetOp, Box<[Solid; 2]>),
+pub(super) enum Solid<F> {
+    Shape(Shape<F>),
+    /// Of any number.
+    Union(Vec<Solid<F>>),
+    /// An intersection or a difference.
+    Combined(SetOp, Box<[Solid<F>; 2]>),
 }
 
 /// A shape where it stands.
-pub(super) struct Shape {
+pub(super) struct Shape<F> {
     kind: ShapeKind,
     pub(super) surface: SurfaceId,
-    object_from_world: DAffine3,
+    object_from_world: Affine<F>,
 }
 
 /// Where a ray crosses the surface of a shape.
 #[derive(Clone, Copy)]
-pub(super) struct Hit<'s> {
-    pub(super) t: f64,
-    pub(super) shape: &'s Shape,
+pub(super) struct Hit<'s, F> {
+    pub(super) t: F,
+    pub(super) shape: &'s Shape<F>,
     face: u8,
 }
 
-impl Solid {
-    /// The object under a transform. `number` tells the numbers of surface functions.
+impl<F: Number> Solid<F> {
+    /// The whole object. `number` tells the numbers of surface functions.
+    ///
+    /// # Errors
+    /// When it is nested too deep.
     pub(super) fn new(
         object: &Object<Arc<Closure>>,
-        placed: DAffine3,
         number: &impl Fn(&Arc<Closure>) -> SurfaceId,
-    ) -> Solid {
-        let operand = |index: usize, placed: DAffine3| {
-            let operand = object.children().nth(index).expect("as many as its kind takes");
-            Solid::new(operand, placed, number)
-        };
-        match object.kind() {
-            NodeKind::Shape(kind, surface) => Solid::Shape(Shape {
-                kind: *kind,
-                surface: number(surface),
-                object_from_world: placed.inverse(),
-            }),
-            NodeKind::Transformed(op) => operand(0, placed * matrix(*op)),
-            NodeKind::Combined(op) => {
-                Solid::Combined(*op, Box::new([operand(0, placed), operand(1, placed)]))
+    ) -> Result<Self, TooDeep> {
+        Solid::placed(object, Affine::identity(), number, MAX_NESTING)
+    }
+
+    /// The object under a transform.
+    fn placed(
+        object: &Object<Arc<Closure>>,
+        placed: Affine<F>,
+        number: &impl Fn(&Arc<Closure>) -> SurfaceId,
+        nesting_left: usize,
+    ) -> Result<Self, TooDeep> {
+        let nesting_left = nesting_left.checked_sub(1).ok_or(TooDeep)?;
+        let mut solids = Vec::new();
+        let mut pending = vec![(object, placed)];
+        while let Some((object, placed)) = pending.pop() {
+            match object.kind() {
+                NodeKind::Shape(kind, surface) => solids.push(Solid::Shape(Shape {
+                    kind: *kind,
+                    surface: number(surface),
+                    object_from_world: placed.inverse(),
+                })),
+                NodeKind::Transformed(op) => {
+                    let placed = placed.after(&map(*op));
+                    pending.extend(object.children().map(|inner| (inner, placed)));
+                }
+                NodeKind::Combined(SetOp::Union) => {
+                    pending.extend(object.children().rev().map(|operand| (operand, placed)));
+                }
+                NodeKind::Combined(op) => {
+                    let mut operands = object
+                        .children()
+                        .map(|operand| Solid::placed(operand, placed, number, nesting_left));
+                    let mut operand = || operands.next().expect("an operation has two operands");
+                    solids.push(Solid::Combined(*op, Box::new([operand()?, operand()?])));
+                }
             }
         }
+        Ok(Solid::Union(solids))
     }
 
     /// The first crossing beyond the epsilon.
-    pub(super) fn first_hit(&self, ray: &Ray) -> Option<Hit<'_>> {
+    pub(super) fn first_hit(&self, ray: &Ray<F>, epsilon: F) -> Option<Hit<'_, F>> {
         let mut hits = Vec::new();
         self.hits(ray, &mut hits);
-        hits.into_iter().filter(|hit| hit.t > EPSILON).reduce(|a, b| if b.t < a.t { b } else { a })
+        hits.into_iter().filter(|hit| hit.t > epsilon).reduce(|a, b| if b.t < a.t { b } else { a })
     }
 
-    fn hits<'s>(&'s self, ray: &Ray, hits: &mut Vec<Hit<'s>>) {
+    fn hits<'s>(&'s self, ray: &Ray<F>, hits: &mut Vec<Hit<'s, F>>) {
         match self {
             Solid::Shape(shape) => shape.hits(ray, hits),
+            Solid::Union(operands) => operands.iter().for_each(|solid| solid.hits(ray, hits)),
             Solid::Combined(op, operands) => {
                 for (own, other) in [(0, 1), (1, 0)] {
                     let before = hits.len();
                     operands[own].hits(ray, hits);
-                    let counts = |hit: &Hit<'_>| match op {
-                        SetOp::Union => true,
-                        SetOp::Difference if own == 0 => !operands[other].contains(ray.at(hit.t)),
-                        SetOp::Intersect | SetOp::Difference => {
-                            operands[other].contains(ray.at(hit.t))
-                        }
-                    };
+                    let is_outside = *op == SetOp::Difference && own == 0;
+                    let counts =
+                        |hit: &Hit<'_, F>| operands[other].contains(ray.at(hit.t)) != is_outside;
                     hits.extract_if(before.., |hit| !counts(hit)).for_each(drop);
                 }
             }
         }
     }
 
-    fn contains(&self, point: DVec3) -> bool {
+    fn contains(&self, point: Vector<F>) -> bool {
         match self {
-            Solid::Shape(shape) => {
-                contains(shape.kind, shape.object_from_world.transform_point3(point))
-            }
+            Solid::Shape(shape) => contains(shape.kind, shape.object_from_world.point(point)),
+            Solid::Union(operands) => operands.iter().any(|solid| solid.contains(point)),
             Solid::Combined(op, operands) => {
                 let [a, b] = &**operands;
-                match op {
-                    SetOp::Union => a.contains(point) || b.contains(point),
-                    SetOp::Intersect => a.contains(point) && b.contains(point),
-                    SetOp::Difference => a.contains(point) && !b.contains(point),
-                }
+                a.contains(point) && b.contains(point) != (*op == SetOp::Difference)
             }
         }
     }
 }
 
-fn matrix(op: TransformOp) -> DAffine3 {
+fn map<F: Number>(op: TransformOp) -> Affine<F> {
     match op {
-        TransformOp::Translate(by) => DAffine3::from_translation(by),
-        TransformOp::Scale(by) => DAffine3::from_scale(by),
-        TransformOp::RotateX(angle) => {
-            DAffine3::from_mat3(DMat3::from_rotation_x(angle.to_radians()))
-        }
-        TransformOp::RotateY(angle) => {
-            DAffine3::from_mat3(DMat3::from_rotation_y(angle.to_radians()))
-        }
-        TransformOp::RotateZ(angle) => {
-            DAffine3::from_mat3(DMat3::from_rotation_z(angle.to_radians()))
-        }
+        TransformOp::Translate(by) => Affine::translation(Vector::of(by)),
+        TransformOp::Scale(by) => Affine::scale(Vector::of(by)),
+        TransformOp::RotateX(angle) => Affine::rotation(angle, 1, 2),
+        TransformOp::RotateY(angle) => Affine::rotation(angle, 2, 0),
+        TransformOp::RotateZ(angle) => Affine::rotation(angle, 0, 1),
     }
 }
 
-fn contains(kind: ShapeKind, p: DVec3) -> bool {
-    let is_in_slab = |x: f64| (0.0..=1.0).contains(&x);
-    let across = p.x * p.x + p.z * p.z;
+fn contains<F: Number>(kind: ShapeKind, p: Vector<F>) -> bool {
+    let Vector([x, y, z]) = p;
+    let across = x * x + z * z;
     match kind {
-        ShapeKind::Sphere => p.length_squared() <= 1.0,
-        ShapeKind::Cube => p.to_array().into_iter().all(is_in_slab),
-        ShapeKind::Cylinder => across <= 1.0 && is_in_slab(p.y),
-        ShapeKind::Cone => across <= p.y * p.y && is_in_slab(p.y),
-        ShapeKind::Plane => p.y <= 0.0,
+        ShapeKind::Sphere => p.dot(p) <= F::one(),
+        ShapeKind::Cube => p.0.into_iter().all(is_in_slab),
+        ShapeKind::Cylinder => across <= F::one() && is_in_slab(y),
+        ShapeKind::Cone => across <= y * y && is_in_slab(y),
+        ShapeKind::Plane => y <= F::zero(),
     }
 }
 
-impl Shape {
+fn is_in_slab<F: Number>(x: F) -> bool {
+    x >= F::zero() && x <= F::one()
+}
+
+impl<F: Number> Shape<F> {
     /// Normal, of any length, at a point of the world.
-    pub(super) fn normal(&self, hit: &Hit<'_>, point: DVec3) -> DVec3 {
-        let p = self.object_from_world.transform_point3(point);
+    pub(super) fn normal(&self, hit: &Hit<'_, F>, point: Vector<F>) -> Vector<F> {
+        let p = self.object_from_world.point(point);
+        let Vector([x, y, z]) = p;
         let own = match (self.kind, hit.face) {
             (ShapeKind::Sphere, _) => p,
-            (ShapeKind::Cylinder, 0) => DVec3::new(p.x, 0.0, p.z),
-            (ShapeKind::Cone, 0) => DVec3::new(p.x, -p.y, p.z),
-            (ShapeKind::Cube, 0) => DVec3::NEG_Z,
-            (ShapeKind::Cube, 1) => DVec3::Z,
-            (ShapeKind::Cube, 2) => DVec3::NEG_X,
-            (ShapeKind::Cube, 3) => DVec3::X,
-            (ShapeKind::Cylinder, 2) | (ShapeKind::Cube, 5) => DVec3::NEG_Y,
-            _ => DVec3::Y,
+            (ShapeKind::Cylinder, 0) => Vector([x, F::zero(), z]),
+            (ShapeKind::Cone, 0) => Vector([x, -y, z]),
+            (ShapeKind::Cube, 0) => -Vector::axis(2),
+            (ShapeKind::Cube, 1) => Vector::axis(2),
+            (ShapeKind::Cube, 2) => -Vector::axis(0),
+            (ShapeKind::Cube, 3) => Vector::axis(0),
+            (ShapeKind::Cylinder, 2) | (ShapeKind::Cube, 5) => -Vector::axis(1),
+            _ => Vector::axis(1),
         };
-        self.object_from_world.matrix3.transpose() * own
+        self.object_from_world.transposed_vector(own)
     }
 
     /// Face and texture coordinates of a point of the world.
-    pub(super) fn texture(&self, hit: &Hit<'_>, point: DVec3) -> SurfacePoint {
-        let p = self.object_from_world.transform_point3(point);
-        let half = |x: f64| (x + 1.0) / 2.0;
+    pub(super) fn texture(&self, hit: &Hit<'_, F>, point: Vector<F>) -> SurfacePoint {
+        let Vector([x, y, z]) = self.object_from_world.point(point);
+        let one = F::one();
+        let half = |x: F| (x + one) / F::of(2.0);
         let (u, v) = match (self.kind, hit.face) {
-            (ShapeKind::Sphere, _) => (turns(p.x, p.z, (1.0 - p.y * p.y).sqrt()), half(p.y)),
-            (ShapeKind::Cylinder, 0) => (turns(p.x, p.z, 1.0), p.y),
-            (ShapeKind::Cone, 0) => (turns(p.x, p.z, p.y), p.y),
-            (ShapeKind::Cylinder | ShapeKind::Cone, _) => (half(p.x), half(p.z)),
-            (ShapeKind::Cube, 2 | 3) => (p.z, p.y),
-            (ShapeKind::Cube, 0 | 1) => (p.x, p.y),
-            (ShapeKind::Cube | ShapeKind::Plane, _) => (p.x, p.z),
+            (ShapeKind::Sphere, _) => (turns(x, z, (one - y * y).sqrt()), half(y)),
+            (ShapeKind::Cylinder, 0) => (turns(x, z, one), y),
+            (ShapeKind::Cone, 0) => (turns(x, z, y), y),
+            (ShapeKind::Cylinder | ShapeKind::Cone, _) => (half(x), half(z)),
+            (ShapeKind::Cube, 2 | 3) => (z, y),
+            (ShapeKind::Cube, 0 | 1) => (x, y),
+            (ShapeKind::Cube | ShapeKind::Plane, _) => (x, z),
         };
-        SurfacePoint { face: hit.face, u, v }
+        SurfacePoint { face: hit.face, u: u.double(), v: v.double() }
     }
 
-    fn hits<'s>(&'s self, ray: &Ray, hits: &mut Vec<Hit<'s>>) {
+    fn hits<'s>(&'s self, ray: &Ray<F>, hits: &mut Vec<Hit<'s, F>>) {
         let local = Ray {
-            origin: self.object_from_world.transform_point3(ray.origin),
-            dir: self.object_from_world.transform_vector3(ray.dir),
+            origin: self.object_from_world.point(ray.origin),
+            dir: self.object_from_world.vector(ray.dir),
         };
-        let mut put = |t: f64, face: u8, holds: &dyn Fn(DVec3) -> bool| {
+        let (zero, one) = (F::zero(), F::one());
+        let mut put = |t: F, face: u8, holds: &dyn Fn(Vector<F>) -> bool| {
             if t.is_finite() && holds(local.at(t)) {
                 hits.push(Hit { t, shape: self, face });
             }
         };
-        let is_in_slab = |x: f64| (0.0..=1.0).contains(&x);
-        let is_in_disc = |p: DVec3| p.x * p.x + p.z * p.z <= 1.0;
-        let cap = |y: f64| (y - local.origin.y) / local.dir.y;
+        let is_in_disc = |p: Vector<F>| p[0] * p[0] + p[2] * p[2] <= one;
+        let cap = |y: F| (y - local.origin[1]) / local.dir[1];
         match self.kind {
-            ShapeKind::Plane => put(cap(0.0), 0, &|_| true),
+            ShapeKind::Plane => put(cap(zero), 0, &|_| true),
             ShapeKind::Sphere => {
-                for t in roots(&local, DVec3::ONE, 1.0) {
+                for t in roots(&local, [one; 3], one) {
                     put(t, 0, &|_| true);
                 }
             }
             ShapeKind::Cylinder => {
-                for t in roots(&local, DVec3::new(1.0, 0.0, 1.0), 1.0) {
-                    put(t, 0, &|p| is_in_slab(p.y));
+                for t in roots(&local, [one, zero, one], one) {
+                    put(t, 0, &|p| is_in_slab(p[1]));
                 }
-                put(cap(1.0), 1, &is_in_disc);
-                put(cap(0.0), 2, &is_in_disc);
+                put(cap(one), 1, &is_in_disc);
+                put(cap(zero), 2, &is_in_disc);
             }
             ShapeKind::Cone => {
-                for t in roots(&local, DVec3::new(1.0, -1.0, 1.0), 0.0) {
-                    put(t, 0, &|p| is_in_slab(p.y));
+                for t in roots(&local, [one, -one, one], zero) {
+                    put(t, 0, &|p| is_in_slab(p[1]));
                 }
-                put(cap(1.0), 1, &is_in_disc);
+                put(cap(one), 1, &is_in_disc);
             }
             ShapeKind::Cube => {
-                for (face, axis, offset) in
-                    [(0, 2, 0.0), (1, 2, 1.0), (2, 0, 0.0), (3, 0, 1.0), (4, 1, 1.0), (5, 1, 0.0)]
-                {
+                for (face, axis, offset) in [
+                    (0, 2, zero),
+                    (1, 2, one),
+                    (2, 0, zero),
+                    (3, 0, one),
+                    (4, 1, one),
+                    (5, 1, zero),
+                ] {
                     let t = (offset - local.origin[axis]) / local.dir[axis];
                     let others = [(axis + 1) % 3, (axis + 2) % 3];
                     put(t, face, &|p| others.into_iter().all(|axis| is_in_slab(p[axis])));
@@ -221,20 +249,22 @@ impl Shape {
 }
 
 /// Where `s1 x² + s2 y² + s3 z² = k` on a ray: `(-b ± sqrt(b² - 4ac)) / 2a`, or `-c / b`.
-fn roots(ray: &Ray, signs: DVec3, k: f64) -> [f64; 2] {
-    let a = (signs * ray.dir).dot(ray.dir);
-    let b = 2.0 * (signs * ray.dir).dot(ray.origin);
-    let c = (signs * ray.origin).dot(ray.origin) - k;
-    if a == 0.0 {
+fn roots<F: Number>(ray: &Ray<F>, signs: [F; 3], k: F) -> [F; 2] {
+    let signed = |v: Vector<F>| v.scaled_by(Vector(signs));
+    let two = F::of(2.0);
+    let a = signed(ray.dir).dot(ray.dir);
+    let b = two * signed(ray.dir).dot(ray.origin);
+    let c = signed(ray.origin).dot(ray.origin) - k;
+    if a == F::zero() {
         return [-c / b; 2];
     }
     // The root of a negative number is NaN, which is nowhere on the ray.
-    let root = (b * b - 4.0 * a * c).sqrt();
-    [(-b - root) / (2.0 * a), (-b + root) / (2.0 * a)]
+    let root = (b * b - F::of(4.0) * a * c).sqrt();
+    [(-b - root) / (two * a), (-b + root) / (two * a)]
 }
 
 /// The angle around the y axis in turns, from the formulas `x = r sin u`, `z = r cos u`.
-fn turns(x: f64, z: f64, r: f64) -> f64 {
-    let turns = (z / r).acos() / std::f64::consts::TAU;
-    if x < 0.0 { 1.0 - turns } else { turns }
+fn turns<F: Number>(x: F, z: F, r: F) -> F {
+    let turns = (z / r).acos() / F::of(std::f64::consts::TAU);
+    if x < F::zero() { F::one() - turns } else { turns }
 }

@@ -4,7 +4,6 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 
-use crate::args::BenchArgs;
 use crate::run::progress;
 
 /// When the rounds of one scene end if no time is given for them.
@@ -12,21 +11,21 @@ const MAX_ROUNDS: u32 = 100_000;
 
 /// How many rounds there are.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rounds {
+pub(crate) struct Rounds {
     warmup: u32,
     runs: u32,
     time: Option<Duration>,
 }
 
 impl Rounds {
-    /// As the command line says.
-    pub(super) fn new(args: &BenchArgs) -> Self {
-        let runs = if args.time.is_some() { MAX_ROUNDS } else { args.runs };
-        Rounds { warmup: args.warmup, runs, time: args.time }
+    /// So many after `warmup` that do not count; with a time, as many as begin in it instead.
+    pub(crate) fn new(warmup: u32, runs: u32, time: Option<Duration>) -> Self {
+        let runs = if time.is_some() { MAX_ROUNDS } else { runs };
+        Rounds { warmup, runs, time }
     }
 
     /// A bar that shows how far they are.
-    pub(super) fn bar(self, name: &str, n_contenders: usize, is_quiet: bool) -> ProgressBar {
+    pub(crate) fn bar(self, name: &str, n_contenders: usize, is_quiet: bool) -> ProgressBar {
         let n_rounds = u64::from(self.warmup) + u64::from(self.runs);
         let length = self.time.is_none().then_some(n_rounds * n_contenders as u64);
         progress::run_bar(name, length, is_quiet)
@@ -37,7 +36,7 @@ impl Rounds {
     ///
     /// # Errors
     /// The first of `run`, which ends all.
-    pub(super) fn each<E>(
+    pub(crate) fn each<E>(
         self,
         n: usize,
         mut run: impl FnMut(usize, bool) -> Result<(), E>,

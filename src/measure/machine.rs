@@ -1,26 +1,26 @@
 //! The machine that times are taken on, and the processor time that this process has used.
 
 use std::fs;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::clean::clean;
 
 /// Facts without which times say little.
-#[derive(Clone, Debug, Serialize)]
-pub(super) struct Machine {
-    pub(super) cpu: String,
-    pub(super) cores: usize,
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Machine {
+    pub(crate) cpu: String,
+    pub(crate) cores: usize,
     /// How many processes wanted a processor during the last minute, on average; where the system
     /// tells.
-    pub(super) load: Option<f64>,
+    pub(crate) load: Option<f64>,
 }
 
 impl Machine {
     /// The machine at this moment.
-    pub(super) fn here() -> Machine {
+    pub(crate) fn here() -> Machine {
         let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpuinfo.lines().find_map(|line| {
             let (key, value) = line.split_once(':')?;
@@ -35,8 +35,35 @@ impl Machine {
     }
 }
 
+/// The date in UTC, as in 2026-11-29.
+pub(crate) fn today() -> String {
+    const SECONDS_A_DAY: u64 = 86_400;
+    let time = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let (year, month, day) = date(time.as_secs() / SECONDS_A_DAY);
+    format!("{year}-{month:02}-{day:02}")
+}
+
+/// The date so many days after 1970-01-01 (Hinnant, "chrono-Compatible Low-Level Date Algorithms",
+/// `civil_from_days`). Years begin with March, so that leap days end them.
+fn date(days: u64) -> (u64, u64, u64) {
+    let days = days + 719_468;
+    let (era, day) = (days / 146_097, days % 146_097);
+    let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
+    let day = day - (365 * year + year / 4 - year / 100);
+    let month = (5 * day + 2) / 153;
+    let day = day - (153 * month + 2) / 5 + 1;
+    let is_next_year = month >= 10;
+    let month = if is_next_year { month - 9 } else { month + 3 };
+    (era * 400 + year + u64::from(is_next_year), month, day)
+}
+
+/// The time, from any moment on.
+pub(crate) fn time() -> Duration {
+    clock(ClockId::Monotonic)
+}
+
 /// Processor time that this thread has used so far.
-pub(super) fn thread_time() -> Duration {
+pub(crate) fn thread_time() -> Duration {
     clock(ClockId::ThreadCPUTime)
 }
 
@@ -47,20 +74,20 @@ fn clock(id: ClockId) -> Duration {
 
 /// Processor time of all threads of this process, in seconds.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct ProcessorTime {
+pub(crate) struct ProcessorTime {
     total: f64,
     system: f64,
 }
 
 impl ProcessorTime {
     /// What has been used so far.
-    pub(super) fn now() -> Self {
+    pub(crate) fn now() -> Self {
         let total = clock(ClockId::ProcessCPUTime).as_secs_f64();
         ProcessorTime { total, system: system_time().unwrap_or(0.0) }
     }
 
     /// Adds what has been used since `start`; returns how much that is.
-    pub(super) fn add_since(&mut self, start: ProcessorTime) -> f64 {
+    pub(crate) fn add_since(&mut self, start: ProcessorTime) -> f64 {
         let now = ProcessorTime::now();
         self.total += now.total - start.total;
         self.system += now.system - start.system;
@@ -69,7 +96,7 @@ impl ProcessorTime {
 
     /// Mean user and system time of `n` runs. The system tells its part in steps of 10 ms, which
     /// leave a mean as it is but may make a single run's larger than all of its time.
-    pub(super) fn of_each(self, n: usize) -> (f64, f64) {
+    pub(crate) fn of_each(self, n: usize) -> (f64, f64) {
         let system = self.system.min(self.total);
         ((self.total - system) / n as f64, system / n as f64)
     }
@@ -97,6 +124,21 @@ mod tests {
     fn system_time_is_found_behind_any_name() {
         let status = "71 (a) 1 (b) R 3 4 5 6 7 8 9 10 11 12 250 17 16 17 18 19 20";
         assert_eq!((system_ticks(status), system_ticks("71 (a")), (Some(17.0), None));
+    }
+
+    #[test]
+    fn dates() {
+        let table = [
+            (0, (1970, 1, 1)),
+            (59, (1970, 3, 1)),
+            (11_016, (2000, 2, 29)),
+            (11_017, (2000, 3, 1)),
+            (20_786, (2026, 11, 29)),
+            (47_541, (2100, 3, 1)),
+        ];
+        for (days, expected) in table {
+            assert_eq!(date(days), expected, "{days}");
+        }
     }
 
     #[test]

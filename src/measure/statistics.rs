@@ -15,15 +15,15 @@ const MAX_EXACT: usize = 20;
 
 /// A ratio of times.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ratio {
-    pub(super) estimate: f64,
+pub(crate) struct Ratio {
+    pub(crate) estimate: f64,
     /// Where the true ratio is, with a confidence of at least 95 %; none from too few times.
-    pub(super) interval: Option<[f64; 2]>,
+    pub(crate) interval: Option<[f64; 2]>,
 }
 
 /// What a ratio tells about the later of two things compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Verdict {
+pub(crate) enum Verdict {
     Faster,
     Slower,
     WithinNoise,
@@ -32,7 +32,7 @@ pub(super) enum Verdict {
 
 impl Ratio {
     /// What may be said of it.
-    pub(super) fn verdict(self) -> Verdict {
+    pub(crate) fn verdict(self) -> Verdict {
         match self.interval {
             None => Verdict::TooFewRuns,
             Some([_, high]) if high < 1.0 => Verdict::Faster,
@@ -43,7 +43,7 @@ impl Ratio {
 }
 
 impl Verdict {
-    pub(super) fn words(self) -> &'static str {
+    pub(crate) fn words(self) -> &'static str {
         match self {
             Verdict::Faster => "faster",
             Verdict::Slower => "slower",
@@ -54,19 +54,19 @@ impl Verdict {
 }
 
 /// The mean; NaN of nothing.
-pub(super) fn mean(values: &[f64]) -> f64 {
+pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// The standard deviation of a sample; none of fewer than two values.
-pub(super) fn standard_deviation(values: &[f64]) -> Option<f64> {
+pub(crate) fn standard_deviation(values: &[f64]) -> Option<f64> {
     let mean = mean(values);
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     (values.len() > 1).then(|| (squares / (values.len() - 1) as f64).sqrt())
 }
 
 /// The median; NaN of nothing.
-pub(super) fn median(values: &[f64]) -> f64 {
+pub(crate) fn median(values: &[f64]) -> f64 {
     let sorted = sorted(values);
     match sorted.len() {
         0 => f64::NAN,
@@ -75,13 +75,13 @@ pub(super) fn median(values: &[f64]) -> f64 {
 }
 
 /// The median of the absolute deviations from the median.
-pub(super) fn median_absolute_deviation(values: &[f64]) -> f64 {
+pub(crate) fn median_absolute_deviation(values: &[f64]) -> f64 {
     let center = median(values);
     median(&values.iter().map(|value| (value - center).abs()).collect::<Vec<_>>())
 }
 
 /// Ratio of times that were taken in the same rounds: the median of the rounds' ratios.
-pub(super) fn paired_ratio(base: &[f64], times: &[f64]) -> Ratio {
+pub(crate) fn paired_ratio(base: &[f64], times: &[f64]) -> Ratio {
     let ratios =
         sorted(&times.iter().zip(base).map(|(time, base)| time / base).collect::<Vec<_>>());
     let interval = sign_rank(ratios.len()).map(|k| [ratios[k - 1], ratios[ratios.len() - k]]);
@@ -104,7 +104,7 @@ fn sign_rank(n: usize) -> Option<usize> {
 }
 
 /// Ratio of times of two occasions: the median of all ratios of one to the other.
-pub(super) fn unpaired_ratio(base: &[f64], times: &[f64]) -> Ratio {
+pub(crate) fn unpaired_ratio(base: &[f64], times: &[f64]) -> Ratio {
     let pairs = Pairs { base: sorted(base), times: sorted(times) };
     let n_pairs = base.len() * times.len();
     if n_pairs == 0 {

@@ -1,0 +1,75 @@
+//! The options of `gmlvm chart`.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use clap::builder::PossibleValuesParser;
+
+use crate::args::{Inputs, LimitArgs, PictureArgs};
+use crate::chart::methods::Method;
+use crate::values;
+
+/// `gmlvm chart`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ChartArgs {
+    /// Programs, which are measured, and files of `--export`, whose measurements are taken as they are
+    #[arg(required = true, value_name = "SCENE|FILE.json")]
+    pub(crate) scenes: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) inputs: Inputs,
+
+    /// Methods to measure: by name, or all of a diagram
+    #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "rounding", value_parser = PossibleValuesParser::new(Method::words()), help_heading = "Measurement")]
+    pub(crate) methods: Vec<String>,
+    /// Rounds that count; in each, every method runs once
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000), help_heading = "Measurement")]
+    pub(crate) runs: u32,
+    /// Rounds before these, which do not count
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=1000), help_heading = "Measurement")]
+    pub(crate) warmup: u32,
+    /// Processor time of one image after which a method is given up
+    #[arg(long, value_name = "T", default_value = "60s", value_parser = values::duration, help_heading = "Measurement")]
+    pub(crate) timeout: Duration,
+
+    /// Draw the chart, in the format that the extension names
+    #[arg(short, long, value_name = "FILE.svg|png|html", help_heading = "Output")]
+    pub(crate) output: Option<PathBuf>,
+    /// Write the measurements as JSON; - is the standard output
+    ///
+    /// Then no tables are printed there.
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
+    pub(crate) export: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub(crate) picture: PictureArgs,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+pub(super) const CHART_ABOUT: &str = "\
+Chart methods by what a picture costs and how far it is from the exact one.
+
+A method is a way to render: an engine in a precision, or a tracer as textbooks have it (naive), in \
+single or double precision and with an epsilon of its own, for comparison. All methods render all \
+images of a scene in turn, round by round, on one thread, and what counts is its processor time. \
+Tracing is told apart from preparing, that is building the scene and compiling surface functions, \
+which does not grow with the picture.
+
+The error is the share of pixels of which any byte is not that of the same image in double-double. \
+Pixels with a byte off by more than one level, which no rounding of a colour explains, are \
+counted besides, as are the largest and the mean square difference of linear light. A method is on \
+the front if no other is both as fast and as exact; otherwise the fastest is named that is both. \
+Methods that fail or take too long are drawn as crosses at the edge.
+
+Methods of sampling are charted apart: the error of one ray for each pixel is many powers of ten \
+above that of rounding. There it is the difference in linear light from the mean of many rays.
+
+The tables are printed. Exits with the code of the first scene that fails; the others are charted.";
+
+pub(super) const CHART_EXAMPLES: &str = "\
+Examples:
+  gmlvm chart scene.gml                              tables only
+  gmlvm chart scenes/*.gml --size 160x120 -o all.svg
+  gmlvm chart scene.gml --export data.json -o a.html
+  gmlvm chart data.json -o a.png                     the same, without measuring again
+  gmlvm chart scene.gml --methods jit-f64,jit-dd --runs 30 -o two.svg";

@@ -1,0 +1,256 @@
+//! Measuring: all methods in turn, round by round, on each image of a scene.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use compiler::diagnostic::Diagnostic;
+use rayon::ThreadPool;
+use vm::host::{Host, RenderJob};
+use vm::machine::Machine;
+use vm::program::LoadedProgram;
+
+use crate::args::{ChartArgs, Precision};
+use crate::chart::data::{About, Chart, Figures, Measured, Outcome};
+use crate::chart::errors::{Light, Sums};
+use crate::chart::methods::{Diagram, METHODS, Method, Render};
+use crate::chart::render::{self, Setting, Stop};
+use crate::clean::clean;
+use crate::failure::Failure;
+use crate::load::Source;
+use crate::measure::rounds::Rounds;
+use crate::report::Reporter;
+use crate::run::plan::Plan;
+use crate::run::{self, plan};
+use crate::values::Size;
+
+/// What measuring takes besides the scene.
+#[derive(Clone, Copy)]
+pub(crate) struct Bench<'b> {
+    pub(crate) args: &'b ChartArgs,
+    /// One thread, whose processor time is measured.
+    pub(crate) thread: &'b ThreadPool,
+    /// What references are traced by.
+    pub(crate) all_threads: &'b ThreadPool,
+    pub(crate) about: &'b About,
+    pub(crate) reporter: &'b Reporter,
+}
+
+/// Measures the methods asked for on a scene: a chart for each diagram that has any of them.
+///
+/// # Errors
+/// What is wrong with the scene.
+pub(crate) fn measure(scene: &Path, bench: Bench<'_>) -> Result<Vec<Chart>, Failure> {
+    let Bench { args, reporter, .. } = bench;
+    let mut source = Source::read(scene, &args.inputs, reporter)?;
+    let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
+    let name = clean(&scene.display().to_string()).into_owned();
+    let mut host = Contest::new(&name, bench);
+    let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);
+    outcome.map_err(|error| match host.stopped_by.take() {
+        Some(failure) => failure,
+        None => source.stopped(error.into_diagnostic(), reporter),
+    })?;
+    if host.n_images == 0 {
+        return Err(Failure::Usage(format!("`{name}` renders no image that could be charted")));
+    }
+    Ok(host.charts())
+}
+
+/// A host that renders each job by all methods.
+struct Contest<'b> {
+    scene: &'b str,
+    bench: Bench<'b>,
+    contenders: Vec<Contender>,
+    n_images: u64,
+    n_pixels: u64,
+    stopped_by: Option<Failure>,
+}
+
+/// A method in the contest.
+struct Contender {
+    method: &'static Method,
+    /// Seconds by round, of all images so far.
+    tracing: Vec<f64>,
+    preparing: Vec<f64>,
+    sums: Sums,
+    /// Rounds of this image that counted, and whether it has been compared.
+    n_rounds: usize,
+    is_compared: bool,
+    stopped: Option<Outcome>,
+}
+
+/// What images are compared with, by diagram.
+type References = Vec<(Diagram, Vec<Light>)>;
+
+impl<'b> Contest<'b> {
+    fn new(scene: &'b str, bench: Bench<'b>) -> Self {
+        let asked = &bench.args.methods;
+        let is_asked = |method: &&Method| asked.iter().any(|word| method.is_meant_by(word));
+        let n_rounds = bench.args.runs as usize;
+        let contender = |method| Contender {
+            method,
+            tracing: vec![0.0; n_rounds],
+            preparing: vec![0.0; n_rounds],
+            sums: Sums::default(),
+            n_rounds: 0,
+            is_compared: false,
+            stopped: None,
+        };
+        let contenders = METHODS.iter().filter(is_asked).map(contender).collect();
+        Contest { scene, bench, contenders, n_images: 0, n_pixels: 0, stopped_by: None }
+    }
+
+    fn diagrams(&self) -> impl Iterator<Item = Diagram> {
+        let has =
+            |diagram: &Diagram| self.contenders.iter().any(|c| c.method.diagram() == *diagram);
+        Diagram::ALL.into_iter().filter(has)
+    }
+
+    fn references(&self, job: &RenderJob<'_>, plan: &Plan) -> Result<References, Box<Diagnostic>> {
+        let Bench { args, all_threads, .. } = self.bench;
+        let setting =
+            Setting { threads: all_threads, limits: args.limits.machine(), timeout: None };
+        let reference = |diagram: Diagram| {
+            let how = diagram.reference();
+            self.check(job, how)?;
+            match render::render(job, plan, how, setting) {
+                Ok(rendered) => Ok((diagram, rendered.pixels)),
+                Err(Stop::Wrong(diagnostic)) => Err(diagnostic),
+                Err(Stop::TooDeep | Stop::TimedOut) => {
+                    unreachable!("neither is possible without a naive tracer or a timeout")
+                }
+            }
+        };
+        self.diagrams().map(reference).collect()
+    }
+
+    /// Fails if an image is too large for this method, or the scene.
+    fn check(&self, job: &RenderJob<'_>, how: Render) -> Result<(), Box<Diagnostic>> {
+        let args = self.bench.args;
+        let Size { width, height } = plan::size(job, &args.picture);
+        let (precision, n) = match how {
+            Render::Tracer(_, precision) => (precision, 1),
+            Render::Naive(..) => (Precision::F64, 1),
+            Render::Grid(n) => (Precision::F64, n),
+        };
+        let [width, height] = [width, height].map(|length| length.saturating_mul(n));
+        args.limits.check(job, self.n_images, width, height, precision)
+    }
+
+    fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        let Bench { args, thread, reporter, .. } = self.bench;
+        let plan = match Plan::new(job, &args.picture) {
+            Ok(plan) => plan,
+            Err(failure) => return Err(self.stop(failure)),
+        };
+        let references = self.references(job, &plan)?;
+        let mut contenders = std::mem::take(&mut self.contenders);
+        for contender in &mut contenders {
+            contender.begin(self.check(job, contender.method.render));
+        }
+        let setting =
+            Setting { threads: thread, limits: args.limits.machine(), timeout: Some(args.timeout) };
+        let rounds = Rounds::new(args.warmup, args.runs, None);
+        let bar = rounds.bar(self.scene, contenders.len(), reporter.quiet);
+        let done: Result<(), std::convert::Infallible> =
+            rounds.each(contenders.len(), |index, counts| {
+                contenders[index].run(job, &plan, setting, &references, counts);
+                bar.inc(1);
+                Ok(())
+            });
+        let Ok(()) = done;
+        bar.finish_and_clear();
+        self.contenders = contenders;
+        self.n_pixels += plan.n_pixels();
+        Ok(())
+    }
+
+    fn charts(self) -> Vec<Chart> {
+        let diagrams: Vec<_> = self.diagrams().collect();
+        let mut measured: Vec<_> =
+            self.contenders.into_iter().map(|c| (c.method.diagram(), c.measured())).collect();
+        let chart = |diagram: Diagram| Chart {
+            scene: self.scene.to_owned(),
+            diagram,
+            images: self.n_images,
+            pixels: self.n_pixels,
+            methods: measured.extract_if(.., |(of, _)| *of == diagram).map(|(_, m)| m).collect(),
+            about: self.bench.about.clone(),
+        };
+        diagrams.into_iter().map(chart).collect()
+    }
+
+    /// Ends the program for a reason that is none of its own; what is returned is never shown.
+    fn stop(&mut self, failure: Failure) -> Box<Diagnostic> {
+        self.stopped_by = Some(failure);
+        run::stopped()
+    }
+}
+
+impl Host for Contest<'_> {
+    fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        job.depth = self.bench.args.picture.depth.unwrap_or(job.depth);
+        self.n_images += 1;
+        self.image(&job)
+    }
+}
+
+impl Contender {
+    /// Begins with the next image, unless that is beyond a limit.
+    fn begin(&mut self, check: Result<(), Box<Diagnostic>>) {
+        self.n_rounds = 0;
+        self.is_compared = false;
+        if let Err(diagnostic) = check {
+            self.stopped.get_or_insert(Outcome::Failed { reason: diagnostic.message });
+        }
+    }
+
+    fn run(
+        &mut self,
+        job: &RenderJob<'_>,
+        plan: &Plan,
+        setting: Setting<'_>,
+        references: &References,
+        counts: bool,
+    ) {
+        if self.stopped.is_some() {
+            return;
+        }
+        let rendered = match render::render(job, plan, self.method.render, setting) {
+            Ok(rendered) => rendered,
+            Err(stop) => {
+                self.stopped = Some(outcome(stop, setting));
+                return;
+            }
+        };
+        if !self.is_compared {
+            let is_own = |(diagram, _): &&(Diagram, _)| *diagram == self.method.diagram();
+            let (_, reference) = references.iter().find(is_own).expect("of each diagram");
+            self.sums.add(&rendered.pixels, reference);
+            self.is_compared = true;
+        }
+        if counts {
+            self.tracing[self.n_rounds] += rendered.tracing.as_secs_f64();
+            self.preparing[self.n_rounds] += rendered.preparing.as_secs_f64();
+            self.n_rounds += 1;
+        }
+    }
+
+    fn measured(self) -> Measured {
+        let Contender { method, tracing, preparing, sums, stopped, .. } = self;
+        let figures = Figures { tracing, preparing, errors: sums.errors() };
+        let outcome = stopped.unwrap_or(Outcome::Rendered(figures));
+        Measured { method: method.name.to_owned(), outcome }
+    }
+}
+
+fn outcome(stop: Stop, setting: Setting<'_>) -> Outcome {
+    let failed = |reason: String| Outcome::Failed { reason };
+    match stop {
+        Stop::Wrong(diagnostic) => failed(diagnostic.message),
+        Stop::TooDeep => failed("the solid is nested too deep".to_owned()),
+        Stop::TimedOut => {
+            Outcome::TimedOut { seconds: setting.timeout.unwrap_or_default().as_secs_f64() }
+        }
+    }
+}

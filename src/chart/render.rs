@@ -1,0 +1,217 @@
+//! One image by one method, timed.
+
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::time::Duration;
+
+use compiler::diagnostic::Diagnostic;
+use rayon::ThreadPool;
+use renderer::camera::{Region, View};
+use renderer::image::{Image, Pixel};
+use vm::host::RenderJob;
+use vm::machine::Limits;
+use vm::surfaces;
+
+use crate::args::{Engine, Precision};
+use crate::chart::errors::Light;
+use crate::chart::methods::{Numbers, Render};
+use crate::measure::machine::thread_time;
+use crate::run;
+use crate::run::plan::Plan;
+use crate::stability::naive::{self, Number, TooDeep};
+use crate::trace::{self, Settings, Traced};
+
+/// What rendering takes besides job, plan and method.
+#[derive(Clone, Copy)]
+pub(super) struct Setting<'s> {
+    /// Times are those of the thread that begins, so that only those of one thread mean anything.
+    pub(super) threads: &'s ThreadPool,
+    pub(super) limits: Limits,
+    /// Processor time after which it is given up.
+    pub(super) timeout: Option<Duration>,
+}
+
+/// What came of it.
+pub(super) struct Rendered {
+    /// Those of the region alone.
+    pub(super) pixels: Vec<Light>,
+    pub(super) preparing: Duration,
+    pub(super) tracing: Duration,
+}
+
+/// Why there is no image.
+pub(super) enum Stop {
+    /// A surface function is wrong.
+    Wrong(Box<Diagnostic>),
+    /// The naive tracer cannot follow.
+    TooDeep,
+    TimedOut,
+}
+
+impl From<TooDeep> for Stop {
+    fn from(_: TooDeep) -> Stop {
+        Stop::TooDeep
+    }
+}
+
+/// What a tracer is unwound with when its time is over.
+struct GivenUp;
+
+/// Renders a job.
+///
+/// # Errors
+/// Why it ended early.
+pub(super) fn render(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    how: Render,
+    setting: Setting<'_>,
+) -> Result<Rendered, Stop> {
+    let ours = |engine, precision| Settings {
+        threads: setting.threads,
+        engine,
+        precision,
+        limits: setting.limits,
+        perf_map: None,
+        clock: thread_time,
+    };
+    let run = || {
+        let start = thread_time();
+        // Tracers know no other way out between two rows than to unwind.
+        let progress = |_| {
+            if setting.timeout.is_some_and(|timeout| thread_time() - start > timeout) {
+                resume_unwind(Box::new(GivenUp));
+            }
+        };
+        match how {
+            Render::Tracer(engine, precision) => {
+                traced(job, plan, ours(engine, precision), &progress, single)
+            }
+            Render::Naive(Numbers::F32, epsilon) => {
+                naive::<f32>(job, plan, epsilon, setting.limits, &progress)
+            }
+            Render::Naive(Numbers::F64, epsilon) => {
+                naive::<f64>(job, plan, epsilon, setting.limits, &progress)
+            }
+            Render::Grid(n) => {
+                let finer =
+                    Plan { view: finer(&plan.view, n), illumination: plan.illumination.clone() };
+                let settings = ours(Engine::Jit, Precision::F64);
+                traced(job, &finer, settings, &progress, |image, region| means(image, region, n))
+            }
+        }
+    };
+    match catch_unwind(AssertUnwindSafe(|| setting.threads.install(run))) {
+        Ok(ended) => ended,
+        Err(reason) if reason.is::<GivenUp>() => Err(Stop::TimedOut),
+        Err(panic) => resume_unwind(panic),
+    }
+}
+
+/// A pixel as it is traced, neither clamped nor rounded.
+#[derive(Clone, Copy, Default)]
+struct Linear([f64; 3]);
+
+/// Two are the same if they are the same bytes.
+impl PartialEq for Linear {
+    fn eq(&self, other: &Self) -> bool {
+        <[u8; 3]>::from_linear(self.0) == <[u8; 3]>::from_linear(other.0)
+    }
+}
+
+impl Pixel for Linear {
+    fn from_linear(color: [f64; 3]) -> Self {
+        Linear(color)
+    }
+}
+
+/// Our own tracer. `light` makes pixels of the region's.
+fn traced<P: Pixel>(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+    light: impl FnOnce(&Image<P>, Region) -> Vec<Light>,
+) -> Result<Rendered, Stop> {
+    let traced = trace::trace_pixels::<P>(job, plan, settings, progress)
+        .map_err(|failure| Stop::Wrong(run::surface_error(failure, job)))?;
+    let Traced { picture, build_time, jit_time, trace_time, .. } = traced;
+    let start = thread_time();
+    let pixels = light(&picture, plan.view.region);
+    let tracing = trace_time + (thread_time() - start);
+    Ok(Rendered { pixels, preparing: build_time + jit_time, tracing })
+}
+
+fn naive<F: Number>(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    epsilon: f64,
+    limits: Limits,
+    progress: &dyn Fn(u64),
+) -> Result<Rendered, Stop> {
+    // Only our own tracer lists them, with a scene that this one has no use for.
+    let (_, functions) = surfaces::scene::<f64>(&job.object);
+    let start = thread_time();
+    let tracer = naive::Tracer::<F>::new(job, &functions, &plan.illumination, limits, epsilon)?;
+    let made = thread_time();
+    let pixels = tracer.trace(&plan.view, progress).pixels;
+    Ok(Rendered { pixels, preparing: made - start, tracing: thread_time() - made })
+}
+
+/// The pixels of a region as they are.
+fn single(image: &Image<Linear>, region: Region) -> Vec<Light> {
+    let Region { x, y, width, height } = region;
+    let at = |x: u32, y: u32| image.pixels[y as usize * image.width as usize + x as usize];
+    let places = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y)));
+    places.map(|(x, y)| Some(at(x, y).0)).collect()
+}
+
+/// The means of `n` by `n` pixels each.
+fn means(image: &Image<[f32; 3]>, region: Region, n: u32) -> Vec<Light> {
+    let Region { x, y, width, height } = region;
+    let mean = |x: u32, y: u32| {
+        let mut sum = [0.0; 3];
+        for row in y..y + n {
+            let first = row as usize * image.width as usize + x as usize;
+            for pixel in &image.pixels[first..first + n as usize] {
+                sum = [0, 1, 2].map(|channel| sum[channel] + f64::from(pixel[channel]));
+            }
+        }
+        Some(sum.map(|sum| sum / f64::from(n * n)))
+    };
+    let steps = |from: u32, length: u32| (from..from + length).step_by(n as usize);
+    steps(y, height)
+        .flat_map(|y| steps(x, width).map(move |x| (x, y)))
+        .map(|(x, y)| mean(x, y))
+        .collect()
+}
+
+/// The same view with `n` by `n` pixels for each, whose centres are a regular grid in it. There must
+/// be images of that size.
+fn finer(view: &View, n: u32) -> View {
+    let Region { x, y, width, height } = view.region;
+    let [x, y, width, height] = [x, y, width, height].map(|length| length.saturating_mul(n));
+    View {
+        width: view.width.saturating_mul(n),
+        height: view.height.saturating_mul(n),
+        region: Region { x, y, width, height },
+        ..*view
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grids_are_means_of_finer_pixels() {
+        let view =
+            View { region: Region { x: 1, y: 0, width: 2, height: 1 }, ..View::whole(3, 2, 60.0) };
+        let finer = finer(&view, 2);
+        assert_eq!((finer.width, finer.height, finer.fov_deg), (6, 4, 60.0));
+        assert_eq!(finer.region, Region { x: 2, y: 0, width: 4, height: 2 });
+        let pixels = (0..24).map(|index: u16| [f32::from(index), 1.0, 0.0]).collect();
+        let image = Image { width: 6, height: 4, pixels };
+        let found = means(&image, finer.region, 2);
+        assert_eq!(found, [Some([5.5, 1.0, 0.0]), Some([7.5, 1.0, 0.0])]);
+    }
+}
