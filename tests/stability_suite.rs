@@ -79,7 +79,15 @@ fn every_scene_is_a_case_and_says_what_it_provokes() {
 /// The same text for people has a line for each case.
 #[test]
 fn the_table_has_a_line_for_each_case_and_engine() {
-    let ended = Sandbox::new().run(&["stability", "--engines", "auto", "-j", "2"]);
+    let ended = Sandbox::new().run(&[
+        "stability",
+        "--engines",
+        "auto",
+        "--precisions",
+        "f64,certified",
+        "-j",
+        "2",
+    ]);
     let lines: Vec<_> = ended.text().lines().collect();
     assert_eq!((ended.code, lines.len()), (0, CASES.len() + 2));
     assert!(lines[0].starts_with("case ") && lines[0].contains(" auto "));
