@@ -9,16 +9,22 @@
 use std::rc::Rc;
 
 use crate::numeric::dd::{DD_ERROR, Dd};
+use crate::numeric::real::Real;
 use crate::object::ShapeKind;
 use crate::placement::Placement;
 use crate::shape::{Form, forms};
 
 /// The upper triangle of the symmetric 4×4 matrix of a quadric, scaled so that its quadratic part
 /// has Frobenius norm 1, and how far each entry may be off.
-struct Quadric {
-    entries: [Dd; 10],
+struct Quadric<R> {
+    entries: [R; 10],
     errors: [f64; 10],
+    /// What an operation rounds off at most, relative to its terms.
+    unit: f64,
 }
+
+/// Of doubles: an entry adds up three products of rounded numbers, and a key ten entries.
+const DOUBLE_ERROR: f64 = 16.0 * f64::UNIT_ROUNDOFF;
 
 /// Rows and columns of the ten entries; 3 is the constant.
 const PLACES: [(usize, usize); 10] =
@@ -26,8 +32,9 @@ const PLACES: [(usize, usize); 10] =
 
 /// A face and the number by which faces are sorted: a sum of its surface's entries, with weights
 /// that no geometry is likely to be in tune with.
+#[derive(Clone, Copy)]
 struct Key {
-    sum: Dd,
+    sum: f64,
     error: f64,
     face: u32,
 }
@@ -43,13 +50,17 @@ pub(crate) fn face_surfaces(kinds: &[ShapeKind], placements: &[Rc<Placement>]) -
     }
     let quadric = |face: u32| {
         let (form, placement) = &faces[face as usize];
-        Quadric::new(*form, placement)
+        Quadric::<Dd>::new(*form, placement, DD_ERROR)
     };
-    let mut keys: Vec<Key> = (0..faces.len() as u32).map(|face| quadric(face).key(face)).collect();
-    keys.sort_by(|a, b| a.sum.total_cmp(&b.sum));
+    // Doubles tell most surfaces apart.
+    let key = |(face, (form, placement)): (u32, &(Form, &Rc<Placement>))| {
+        Quadric::<f64>::new(*form, placement, DOUBLE_ERROR).key(face)
+    };
+    let mut keys: Vec<Key> = (0..).zip(&faces).map(key).collect();
+    keys.sort_unstable_by(|a, b| a.sum.total_cmp(&b.sum).then(a.face.cmp(&b.face)));
     let mut classes: Vec<Vec<u32>> = Vec::new();
     let mut singles = Vec::new();
-    for run in keys.chunk_by(|a, b| (b.sum - a.sum).to_f64() <= a.error + b.error) {
+    for run in keys.chunk_by(|a, b| b.sum - a.sum <= a.error + b.error) {
         if let [only] = run {
             singles.push(only.face);
         } else {
@@ -71,11 +82,11 @@ pub(crate) fn face_surfaces(kinds: &[ShapeKind], placements: &[Rc<Placement>]) -
 /// Splits faces with nearly the same key into those whose surfaces are equal.
 fn split(
     run: &[Key],
-    quadric: &impl Fn(u32) -> Quadric,
+    quadric: &impl Fn(u32) -> Quadric<Dd>,
     classes: &mut Vec<Vec<u32>>,
     singles: &mut Vec<u32>,
 ) {
-    let mut found: Vec<(Quadric, Vec<u32>)> = Vec::new();
+    let mut found: Vec<(Quadric<Dd>, Vec<u32>)> = Vec::new();
     for key in run {
         let candidate = quadric(key.face);
         match found.iter_mut().find(|(first, _)| first.is_same(&candidate)) {
@@ -92,8 +103,8 @@ fn split(
     }
 }
 
-impl Quadric {
-    fn new(form: Form, placement: &Placement) -> Self {
+impl<R: Real> Quadric<R> {
+    fn new(form: Form, placement: &Placement, unit: f64) -> Self {
         let (signs, k) = match form {
             Form::Quadric { signs, k } => (signs, k),
             Form::Plane { axis, .. } => {
@@ -103,58 +114,60 @@ impl Quadric {
             }
         };
         let map = &placement.object_from_world;
-        let mut quadric = Quadric { entries: [Dd::ZERO; 10], errors: [0.0; 10] };
+        let mut quadric = Quadric { entries: [R::ZERO; 10], errors: [0.0; 10], unit };
         for (axis, sign) in signs.into_iter().enumerate().filter(|(_, sign)| *sign != 0.0) {
             let mut row = map.entries[axis];
             if let Form::Plane { offset, .. } = form {
                 row[3] = row[3] - Dd::from(offset);
             }
-            quadric.add_square(Dd::from(sign), &row, &map.errors[axis]);
+            quadric.add_square(R::from_f64(sign), &row.map(R::from_dd), &map.errors[axis]);
         }
-        quadric.entries[9] = quadric.entries[9] - Dd::from(k);
+        quadric.entries[9] = quadric.entries[9] - R::from_f64(k);
+        quadric.errors[9] += unit * k;
         quadric.scaled()
     }
 
     /// Adds `sign (row · (x, y, z, 1))²`.
-    fn add_square(&mut self, sign: Dd, row: &[Dd; 4], row_errors: &[f64; 4]) {
+    fn add_square(&mut self, sign: R, row: &[R; 4], row_errors: &[f64; 4]) {
+        let sizes = row.map(|entry| entry.abs().to_f64());
         for (place, &(i, j)) in PLACES.iter().enumerate() {
-            let product = row[i] * row[j];
-            let sizes = [row[i].abs().to_f64(), row[j].abs().to_f64()];
+            self.entries[place] = self.entries[place] + sign * row[i] * row[j];
             let (ei, ej) = (row_errors[i], row_errors[j]);
-            self.entries[place] = self.entries[place] + sign * product;
             self.errors[place] +=
-                sizes[0] * ej + sizes[1] * ei + ei * ej + DD_ERROR * sizes[0] * sizes[1];
+                sizes[i] * ej + sizes[j] * ei + ei * ej + self.unit * sizes[i] * sizes[j];
         }
     }
 
     fn scaled(mut self) -> Self {
-        let mut square = Dd::ZERO;
+        let mut square = R::ZERO;
         for (entry, &(i, j)) in self.entries[..6].iter().zip(&PLACES) {
-            let times = if i == j { 1.0 } else { 2.0 };
-            square = square + Dd::from(times) * *entry * *entry;
+            let times = R::from_f64(if i == j { 1.0 } else { 2.0 });
+            square = square + times * *entry * *entry;
         }
         let norm = square.sqrt_or_zero();
         let size = norm.to_f64();
         // The norm of an error is at most the sum of its entries, those off the diagonal twice.
-        let norm_error = 2.0 * self.errors[..6].iter().sum::<f64>() + DD_ERROR * size;
+        let norm_error = 2.0 * self.errors[..6].iter().sum::<f64>() + self.unit * size;
+        let inverse = R::ONE / norm;
         for (entry, error) in self.entries.iter_mut().zip(&mut self.errors) {
-            *entry = *entry / norm;
+            *entry = *entry * inverse;
             let scaled_size = entry.abs().to_f64();
-            *error = *error / size + scaled_size * (norm_error / size + DD_ERROR);
+            *error = *error / size + scaled_size * (norm_error / size + self.unit);
         }
         self
     }
 
     fn key(&self, face: u32) -> Key {
-        let (mut sum, mut error) = (Dd::ZERO, 0.0);
+        let (mut sum, mut error) = (0.0, 0.0);
         for ((entry, entry_error), weight) in self.entries.iter().zip(&self.errors).zip(WEIGHTS) {
-            sum = sum + Dd::from(weight) * *entry;
-            error += weight * entry_error + DD_ERROR * entry.abs().to_f64();
+            let entry = entry.to_f64();
+            sum += weight * entry;
+            error += weight * entry_error + DOUBLE_ERROR * entry.abs();
         }
         Key { sum, error, face }
     }
 
-    fn is_same(&self, other: &Quadric) -> bool {
+    fn is_same(&self, other: &Quadric<R>) -> bool {
         (0..10).all(|i| {
             (self.entries[i] - other.entries[i]).abs().to_f64() <= self.errors[i] + other.errors[i]
         })

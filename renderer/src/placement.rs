@@ -121,26 +121,24 @@ impl Bounded {
             Bounded { entries: [[Dd::ZERO; 4]; 3], errors: [[0.0; 4]; 3], norm, norm_error };
         for row in 0..3 {
             for column in 0..4 {
-                let (mut sum, mut error, mut size) = (Dd::ZERO, 0.0, 0.0);
+                let mut sum = Sum::default();
                 for k in 0..3 {
-                    let (a, b) = (self.entries[row][k], first.entries[k][column]);
-                    let (a_size, b_size) = (a.abs().to_f64(), b.abs().to_f64());
-                    sum = sum + a * b;
-                    error += self.errors[row][k] * b_size + a_size * first.errors[k][column];
-                    size += a_size * b_size;
+                    sum.add_product(self.at(row, k), first.at(k, column));
                 }
                 if column == 3 {
-                    sum = sum + self.entries[row][3];
-                    error += self.errors[row][3];
-                    size += self.entries[row][3].abs().to_f64();
+                    sum.add(self.at(row, 3));
                 }
-                let bound = error + DD_ERROR * size;
-                result.entries[row][column] = sum;
+                let bound = sum.error + if sum.is_rounded { DD_ERROR * sum.size } else { 0.0 };
+                result.entries[row][column] = sum.value;
                 result.errors[row][column] =
                     if column == 3 { bound } else { bound.min(norm_error) };
             }
         }
         result
+    }
+
+    fn at(&self, row: usize, column: usize) -> Entry {
+        Entry { value: self.entries[row][column], error: self.errors[row][column] }
     }
 
     /// The map in the tracer's numbers. An entry that its error bound cannot tell from 0 is 0.
@@ -153,6 +151,58 @@ impl Bounded {
         };
         let rows = [0, 1, 2].map(|row| Vec3::new(entry(row, 0), entry(row, 1), entry(row, 2)));
         Affine { rows, shift: Vec3::new(entry(0, 3), entry(1, 3), entry(2, 3)) }
+    }
+}
+
+/// An entry of a map.
+#[derive(Clone, Copy)]
+struct Entry {
+    value: Dd,
+    error: f64,
+}
+
+impl Entry {
+    fn is_exactly(&self, value: Dd) -> bool {
+        self.value == value && self.error == 0.0
+    }
+}
+
+/// A sum of products of entries. Most transforms are of zeros and ones, which round nothing.
+#[derive(Default)]
+struct Sum {
+    value: Dd,
+    /// What the errors of the entries amount to.
+    error: f64,
+    /// The sum of the sizes of the terms.
+    size: f64,
+    is_rounded: bool,
+}
+
+impl Sum {
+    fn add_product(&mut self, a: Entry, b: Entry) {
+        if a.is_exactly(Dd::ZERO) || b.is_exactly(Dd::ZERO) {
+            return;
+        }
+        if a.is_exactly(Dd::ONE) {
+            return self.add(b);
+        }
+        if b.is_exactly(Dd::ONE) {
+            return self.add(a);
+        }
+        let (a_size, b_size) = (a.value.abs().to_f64(), b.value.abs().to_f64());
+        self.is_rounded = true;
+        self.add(Entry { value: a.value * b.value, error: a.error * b_size + a_size * b.error });
+    }
+
+    fn add(&mut self, term: Entry) {
+        if self.size == 0.0 {
+            self.value = term.value;
+        } else {
+            self.value = self.value + term.value;
+            self.is_rounded = true;
+        }
+        self.error += term.error;
+        self.size += term.value.abs().to_f64();
     }
 }
 

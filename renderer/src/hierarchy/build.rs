@@ -3,8 +3,8 @@
 use crate::bounds::Bounds;
 use crate::hierarchy::{Box32, Child, Hierarchy, MAX_DEPTH, MAX_ITEMS, Node};
 
-/// Bins that centres are sorted into along an axis, as many as Wald found enough.
-const N_BINS: usize = 16;
+/// Bins that centres are sorted into along an axis, at most: as many as Wald found enough.
+const MAX_BINS: usize = 16;
 
 /// Sets larger than this are built by two threads: that takes about a millisecond, and handing half
 /// of it over a few microseconds.
@@ -44,61 +44,51 @@ pub(super) fn build(boxes: impl Iterator<Item = (u32, Bounds)>) -> Hierarchy {
     if items.is_empty() {
         return hierarchy;
     }
-    let root = subtree(&mut items, 0, 0);
-    hierarchy.nodes = root.nodes;
-    hierarchy.root = Some((root.bounds, root.child));
+    let (bounds, child) = subtree(&mut items, 0, 0, &mut hierarchy.nodes);
+    hierarchy.root = Some((bounds, child));
     hierarchy.items = items.iter().map(|item| item.number).collect();
     hierarchy
 }
 
-/// A part of the hierarchy, with node numbers of its own; its root is node 0 if it has nodes.
-struct Subtree {
-    nodes: Vec<Node>,
-    child: Child,
-    bounds: Box32,
-}
-
 /// Builds the subtree of items that begin at `first` in the whole list, and brings them in order.
-fn subtree(items: &mut [Item], first: u32, depth: usize) -> Subtree {
+/// Adds its nodes to others, and returns what holds them and the box around it.
+fn subtree(items: &mut [Item], first: u32, depth: usize, nodes: &mut Vec<Node>) -> (Box32, Child) {
     let bounds = items.iter().fold(Box32::NOTHING, |bounds, item| bounds.or(&item.bounds));
     let split = if depth < MAX_DEPTH / 2 { best_split(items, &bounds) } else { None };
     let is_large = items.len() > MAX_ITEMS;
     let middle = match split {
-        Some(split) if is_large || split.cost < items.len() as f64 => partition(items, split),
+        Some(split) if is_large || split.cost < items.len() as f64 => partition(items, &split),
         _ if is_large => halve(items),
-        _ => {
-            let child = Child { first, n_items: items.len() as u32 };
-            return Subtree { nodes: Vec::new(), child, bounds };
-        }
+        _ => return (bounds, Child { first, n_items: items.len() as u32 }),
     };
     let is_parallel = items.len() > PARALLEL;
     let (left, right) = items.split_at_mut(middle);
-    let mut build_left = || subtree(left, first, depth + 1);
-    let mut build_right = || subtree(right, first + middle as u32, depth + 1);
+    let node = nodes.len();
+    // To be overwritten when the children are known.
+    nodes.push(Node { boxes: [bounds; 2], children: [Child { first, n_items: 0 }; 2] });
+    let right_first = first + middle as u32;
     let halves = if is_parallel {
-        rayon::join(build_left, build_right)
+        let mut right_nodes = Vec::new();
+        let (left, (right_box, right_child)) = rayon::join(
+            || subtree(left, first, depth + 1, nodes),
+            || subtree(right, right_first, depth + 1, &mut right_nodes),
+        );
+        let offset = nodes.len() as u32;
+        nodes.extend(right_nodes.into_iter().map(|node| node.moved(offset)));
+        [left, (right_box, right_child.moved(offset))]
     } else {
-        (build_left(), build_right())
+        let left = subtree(left, first, depth + 1, nodes);
+        [left, subtree(right, right_first, depth + 1, nodes)]
     };
-    join(halves.into(), bounds)
+    nodes[node] = Node { boxes: halves.map(|half| half.0), children: halves.map(|half| half.1) };
+    (bounds, Child { first: node as u32, n_items: 0 })
 }
 
-fn join(halves: [Subtree; 2], bounds: Box32) -> Subtree {
-    let boxes = [halves[0].bounds, halves[1].bounds];
-    let mut nodes =
-        Vec::with_capacity(1 + halves.iter().map(|half| half.nodes.len()).sum::<usize>());
-    nodes.push(Node { boxes, children: [halves[0].child, halves[1].child] });
-    for (side, half) in halves.into_iter().enumerate() {
-        let offset = nodes.len() as u32;
-        nodes[0].children[side] = half.child.moved(offset);
-        nodes.extend(
-            half.nodes.into_iter().map(|node| Node {
-                children: node.children.map(|child| child.moved(offset)),
-                ..node
-            }),
-        );
+impl Node {
+    /// The same when nodes have got numbers higher by `offset`.
+    fn moved(self, offset: u32) -> Node {
+        Node { children: self.children.map(|child| child.moved(offset)), ..self }
     }
-    Subtree { nodes, child: Child { first: 0, n_items: 0 }, bounds }
 }
 
 impl Child {
@@ -127,22 +117,31 @@ struct Split {
     cost: f64,
 }
 
-/// How centres are sorted into bins.
+/// How centres are sorted into bins along an axis.
 #[derive(Clone, Copy)]
 struct Binning {
     axis: usize,
     start: f32,
+    /// Bins for each unit of length; 0 where all centres are in one place.
     scale: f32,
+    n_bins: usize,
 }
 
 impl Binning {
+    fn new(axis: usize, centres: &Box32, n_bins: usize) -> Self {
+        let scale = n_bins as f32 / (centres.hi[axis] - centres.lo[axis]);
+        let scale = if scale.is_finite() { scale } else { 0.0 };
+        Binning { axis, start: centres.lo[axis], scale, n_bins }
+    }
+
+    #[inline]
     fn bin(&self, item: &Item) -> usize {
         let bin = ((item.centre(self.axis) - self.start) * self.scale) as usize;
-        bin.min(N_BINS - 1)
+        bin.min(self.n_bins - 1)
     }
 }
 
-fn partition(items: &mut [Item], split: Split) -> usize {
+fn partition(items: &mut [Item], split: &Split) -> usize {
     let mut middle = 0;
     for idx in 0..items.len() {
         if split.binning.bin(&items[idx]) < split.end_bin {
@@ -153,43 +152,57 @@ fn partition(items: &mut [Item], split: Split) -> usize {
     middle
 }
 
+/// The items of a bin: the box around them, and their number.
+type Bin = (Box32, u32);
+
 /// The split that costs least; none if all centres are the same.
 fn best_split(items: &[Item], bounds: &Box32) -> Option<Split> {
     let centres = centre_bounds(items);
-    let axes = (0..3).filter_map(|axis| {
-        let scale = N_BINS as f32 / (centres.hi[axis] - centres.lo[axis]);
-        let binning = Binning { axis, start: centres.lo[axis], scale };
-        (scale.is_finite() && scale > 0.0).then(|| best_on_axis(items, bounds, binning))?
-    });
-    axes.min_by(|a, b| a.cost.total_cmp(&b.cost))
-}
-
-fn best_on_axis(items: &[Item], bounds: &Box32, binning: Binning) -> Option<Split> {
-    let mut bins = [(Box32::NOTHING, 0_u32); N_BINS];
+    // A few items have no use for many bins (Wald and others, "Embree", 2014).
+    let n_bins = MAX_BINS.min(4 + items.len() / 4);
+    let binnings = [0, 1, 2].map(|axis| Binning::new(axis, &centres, n_bins));
+    let mut bins: [[Bin; MAX_BINS]; 3] = [[(Box32::NOTHING, 0); MAX_BINS]; 3];
     for item in items {
-        let (bounds, n_items) = &mut bins[binning.bin(item)];
-        *bounds = bounds.or(&item.bounds);
-        *n_items += 1;
-    }
-    // The cost of what lies in the bins before each.
-    let mut before = [0.0; N_BINS];
-    let mut so_far = (Box32::NOTHING, 0_u32);
-    for (idx, bin) in bins.iter().enumerate() {
-        before[idx] = so_far.0.half_area() * f64::from(so_far.1);
-        so_far = (so_far.0.or(&bin.0), so_far.1 + bin.1);
-    }
-    let mut best: Option<Split> = None;
-    let mut so_far = (Box32::NOTHING, 0_u32);
-    for idx in (1..N_BINS).rev() {
-        so_far = (so_far.0.or(&bins[idx].0), so_far.1 + bins[idx].1);
-        let is_split = so_far.1 > 0 && so_far.1 < items.len() as u32;
-        let area = before[idx] + so_far.0.half_area() * f64::from(so_far.1);
-        let cost = NODE_COST + area / bounds.half_area();
-        if is_split && best.as_ref().is_none_or(|best| cost < best.cost) {
-            best = Some(Split { binning, end_bin: idx, cost });
+        for (binning, bins) in binnings.iter().zip(&mut bins) {
+            let (bounds, n_items) = &mut bins[binning.bin(item)];
+            *bounds = bounds.or(&item.bounds);
+            *n_items += 1;
         }
     }
-    best
+    let axes = binnings.iter().zip(&bins).filter(|(binning, _)| binning.scale > 0.0);
+    let splits =
+        axes.filter_map(|(binning, bins)| best_on_axis(items.len(), bounds, *binning, bins));
+    splits.min_by(|a, b| a.cost.total_cmp(&b.cost))
+}
+
+fn best_on_axis(
+    n_items: usize,
+    bounds: &Box32,
+    binning: Binning,
+    bins: &[Bin; MAX_BINS],
+) -> Option<Split> {
+    let bins = &bins[..binning.n_bins];
+    let with = |(bounds, n): Bin, bin: &Bin| (bounds.or(&bin.0), n + bin.1);
+    let weight = |(bounds, n): &Bin| bounds.half_area() * f64::from(*n);
+    // The weight of what lies in the bins before each.
+    let mut before = [0.0; MAX_BINS];
+    let mut so_far = (Box32::NOTHING, 0);
+    for (before, bin) in before.iter_mut().zip(bins) {
+        *before = weight(&so_far);
+        so_far = with(so_far, bin);
+    }
+    let mut best: Option<(usize, f64)> = None;
+    let mut so_far = (Box32::NOTHING, 0);
+    for idx in (1..bins.len()).rev() {
+        so_far = with(so_far, &bins[idx]);
+        let is_split = so_far.1 > 0 && so_far.1 < n_items as u32;
+        let total = before[idx] + weight(&so_far);
+        if is_split && best.is_none_or(|(_, least)| total < least) {
+            best = Some((idx, total));
+        }
+    }
+    let (end_bin, weight) = best?;
+    Some(Split { binning, end_bin, cost: NODE_COST + weight / bounds.half_area() })
 }
 
 fn centre_bounds(items: &[Item]) -> Box32 {
@@ -220,10 +233,14 @@ impl Box32 {
         self.lo.iter().chain(&self.hi).all(|end| end.abs() <= f32::MAX / 2.0)
     }
 
+    #[inline]
     fn or(&self, other: &Box32) -> Box32 {
+        // No end is NaN, for which `f32::min` would have to look.
+        let less = |a: f32, b: f32| if a < b { a } else { b };
+        let more = |a: f32, b: f32| if a > b { a } else { b };
         Box32 {
-            lo: std::array::from_fn(|axis| self.lo[axis].min(other.lo[axis])),
-            hi: std::array::from_fn(|axis| self.hi[axis].max(other.hi[axis])),
+            lo: std::array::from_fn(|axis| less(self.lo[axis], other.lo[axis])),
+            hi: std::array::from_fn(|axis| more(self.hi[axis], other.hi[axis])),
         }
     }
 
