@@ -37,6 +37,11 @@ fn arithmetic() {
 }
 
 #[test]
+fn rounds() {
+    check_corpus("rounds.gml", 12);
+}
+
+#[test]
 fn functions() {
     check_corpus("functions.gml", 70);
 }
@@ -112,6 +117,7 @@ fn limits_are_errors() {
             "error E0403 at 42",
         ),
         ("{ /self 1 2 3 4 5 6 7 8 9 self self apply } /push push push apply", "error E0403 at 37"),
+        ("{ /self /a 1 a self self apply } /grow 0 grow grow apply", "error E0403 at 26"),
         ("{ /self /n n n self self apply } /deep 1 deep deep apply", "error E0403 at 26"),
     ];
     for (program, expected) in cases {

@@ -20,6 +20,7 @@ pub mod degrees;
 pub mod diagnostic;
 pub mod disasm;
 pub mod emit;
+pub mod flow;
 pub mod lexer;
 pub mod op;
 pub mod parser;

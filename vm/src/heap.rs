@@ -52,9 +52,24 @@ impl Heap {
     /// A closure of a function, with captured values of no meaning yet.
     #[inline]
     pub(crate) fn closure(&mut self, function: u32, n_captures: usize) -> Word {
-        let address = self.allocate(n_captures);
-        self.cells[address].y = u64::from(function);
+        let closure = self.begin_closure(function, n_captures);
+        self.cells.resize(closure.address() + 1 + n_captures, Word::NOTHING);
+        closure
+    }
+
+    /// A closure of a function, whose captured values are to be given at once, one after the other.
+    #[inline(always)]
+    pub(crate) fn begin_closure(&mut self, function: u32, n_captures: usize) -> Word {
+        let address = self.cells.len();
+        self.cells
+            .push(Word { y: u64::from(function), ..Word::new(Tag::Header, n_captures as u64) });
         Word::new(Tag::Closure, address as u64)
+    }
+
+    /// The next captured value of a closure that was begun.
+    #[inline(always)]
+    pub(crate) fn add_capture(&mut self, word: Word) {
+        self.cells.push(word);
     }
 
     /// An array with items of no meaning yet.
@@ -91,8 +106,8 @@ impl Heap {
 
     /// A captured value of a closure.
     #[inline(always)]
-    pub(crate) fn capture(&self, closure: usize, index: u32) -> Word {
-        self.cells[closure + 1 + index as usize]
+    pub(crate) fn capture(&self, closure: usize, index: u32) -> &Word {
+        &self.cells[closure + 1 + index as usize]
     }
 
     /// Number of items of an array.
@@ -103,9 +118,9 @@ impl Heap {
 
     /// An item of an array.
     #[inline(always)]
-    pub(crate) fn item(&self, array: usize, index: i64) -> Option<Word> {
+    pub(crate) fn item(&self, array: usize, index: i64) -> Option<&Word> {
         let is_inside = (index as u64) < self.cells[array].x;
-        is_inside.then(|| self.cells[array + 1 + index as usize])
+        is_inside.then(|| &self.cells[array + 1 + index as usize])
     }
 
     /// The items of an array, or the captured values of a closure.
@@ -161,14 +176,18 @@ impl Heap {
     #[inline]
     pub(crate) fn cut(&mut self, n_cells: usize) {
         if n_cells < self.cells.len() {
-            self.cut_off(n_cells);
+            self.n_cut += (self.cells.len() - n_cells) as u64;
+            self.cells.truncate(n_cells);
+            let is_behind = |foreign: &Foreign| foreign.address >= n_cells;
+            if self.foreign.last().is_some_and(is_behind) || !self.exports.is_empty() {
+                self.cut_outside(n_cells);
+            }
         }
     }
 
+    /// Forgets what is outside of what has been cut off.
     #[inline(never)]
-    fn cut_off(&mut self, n_cells: usize) {
-        self.n_cut += (self.cells.len() - n_cells) as u64;
-        self.cells.truncate(n_cells);
+    fn cut_outside(&mut self, n_cells: usize) {
         let n_foreign = self.foreign.partition_point(|foreign| foreign.address < n_cells);
         self.foreign.truncate(n_foreign);
         self.outside_bytes = self.foreign.last().map_or(0, |foreign| foreign.outside_bytes);

@@ -1,13 +1,15 @@
 //! The dispatch loop.
 //!
-//! Arms for scalar operators derive from the operator table and only fetch operands and store
-//! results; what they compute stands in `compiler::scalar`.
+//! What scalar operators compute stands in `compiler::scalar`; the macros here fetch their operands
+//! (`r` from a register, `k` from the step, `acc` from the accumulator) and say what becomes of
+//! their results.
 
 use compiler::bytecode::{CaptureSource, Format};
 use compiler::op::{Operator, Type};
 use compiler::scalar::{self, Fault, Operands};
 use compiler::{for_each_scalar, scalar_operand, scalar_result};
 
+use crate::dispatch::dispatch;
 use crate::display;
 use crate::error::Problem;
 use crate::host::Host;
@@ -18,60 +20,6 @@ use crate::registers::WINDOW;
 use crate::step::{Op, for_each_further};
 use crate::value::Value;
 use crate::word::{Tag, Word};
-
-/// The match on a step: the given arms, and one for each form of each scalar operator. The macros
-/// of the loop fetch operands (`r` from a register, `k` from the step, `acc` from the accumulator)
-/// and say what becomes of results.
-macro_rules! dispatch {
-    ([[$op:expr, { $($control:tt)* }]
-      unary { $($(#[$ud:meta])+ $u:ident $us:literal $uf:ident($ut:ident) -> $ur:ident;)* }
-      binary { $($(#[$bd:meta])+ $b:ident $bk:ident $bs:literal $bf:ident($bt:ident, $bt2:ident) -> $br:ident;)* }
-      compare { $($(#[$cd:meta])+ $c:ident $ck:ident $cj:ident $cjk:ident $cs:literal $cf:ident($ct:ident, $ct2:ident) -> $cr:ident;)* }
-      ternary { $($(#[$td:meta])+ $t:ident $ts:literal $tf:ident($tt:ident, $tt2:ident, $tt3:ident) -> $tr:ident;)* }]
-      unary { $($xu:ident $xua:ident $xuf:ident -> $xur:ident;)* }
-      binary { $($xb:ident $xbk:ident $xbf:ident $ra:ident $ar:ident $aa:ident $ak:ident $kr:ident $ka:ident $rc:ident $ac:ident $rm:ident;)* }
-      jump { $($xj:ident $xjk:ident $xjf:ident $jra:ident $jar:ident $jak:ident;)* }) => {
-        match $op {
-            $($control)*
-            $(Op::$u => store!($ur a, scalar::$uf(r!($ut b))),)*
-            $(Op::$b => store!($br a, scalar::$bf(r!($bt b), r!($bt2 c))),
-              Op::$bk => store!($br a, scalar::$bf(r!($bt b), k!($bt2))),)*
-            $(Op::$c => store!($cr a, scalar::$cf(r!($ct b), r!($ct2 c))),
-              Op::$ck => store!($cr a, scalar::$cf(r!($ct b), k!($ct2))),
-              Op::$cj => jump_unless!(scalar::$cf(r!($ct a), r!($ct2 b))),
-              Op::$cjk => jump_unless!(scalar::$cf(r!($ct a), k!($ct2))),)*
-            $(Op::$t => store!($tr imm, scalar::$tf(r!($tt a), r!($tt2 b), r!($tt3 c))),)*
-            $(Op::$xua => store!($xur a, scalar::$xuf(acc!())),)*
-            $(Op::$ra => store!(Real a, scalar::$xbf(r!(Real b), acc!())),
-              Op::$ar => store!(Real a, scalar::$xbf(acc!(), r!(Real c))),
-              Op::$aa => store!(Real a, scalar::$xbf(acc!(), acc!())),
-              Op::$ak => store!(Real a, scalar::$xbf(acc!(), k!(Real))),
-              Op::$kr => {
-                  load!();
-                  store!(Real a, scalar::$xbf(k!(Real), r!(Real c)))
-              }
-              Op::$ka => {
-                  load!();
-                  store!(Real a, scalar::$xbf(k!(Real), acc!()))
-              }
-              Op::$rc => {
-                  let captured = capture!();
-                  store!(Real a, scalar::$xbf(r!(Real b), captured))
-              }
-              Op::$ac => {
-                  let captured = capture!();
-                  store!(Real a, scalar::$xbf(acc!(), captured))
-              }
-              Op::$rm => {
-                  multiply!();
-                  store!(Real imm, scalar::$xbf(r!(Real c), acc!()))
-              })*
-            $(Op::$jra => jump_unless!(scalar::$xjf(r!(Real a), acc!())),
-              Op::$jar => jump_unless!(scalar::$xjf(acc!(), r!(Real b))),
-              Op::$jak => jump_unless!(scalar::$xjf(acc!(), k!(Real))),)*
-        }
-    };
-}
 
 macro_rules! with_further {
     ($($rows:tt)*) => { for_each_further!(dispatch, [$($rows)*]) };
@@ -99,18 +47,23 @@ impl Machine<'_> {
         let mut index = self.heap.function(self.closure) as usize;
         let mut function = &functions[index];
         self.enter(function, base)?;
-        let mut rest = &function.steps[..];
+        // What further rounds run, and the steps behind the current one.
+        let mut round = function.round();
+        let mut rest = function.steps.iter();
+        let mut n_steps = function.steps.len();
         let mut frame = self.registers.window(base);
 
         // The position behind the current step.
         macro_rules! pc {
             () => {
-                function.steps.len() - rest.len()
+                n_steps - rest.len()
             };
         }
         macro_rules! skip {
             ($n_steps:expr) => {
-                rest = &rest[$n_steps..]
+                if $n_steps != 0 {
+                    rest.nth($n_steps - 1);
+                }
             };
         }
 
@@ -143,7 +96,10 @@ impl Machine<'_> {
         macro_rules! resume {
             ($pc:expr) => {
                 function = &functions[index];
-                rest = &function.steps[$pc..];
+                round = function.round();
+                rest = function.steps.iter();
+                n_steps = function.steps.len();
+                skip!($pc);
                 frame = self.registers.window(base);
             };
         }
@@ -179,10 +135,13 @@ impl Machine<'_> {
         }
 
         loop {
-            let [step, behind @ ..] = rest else {
-                unreachable!("functions end with a return or call")
-            };
-            rest = behind;
+            let mut step;
+            macro_rules! advance {
+                () => {
+                    step = rest.next().expect("functions end with a return or call");
+                };
+            }
+            advance!();
 
             macro_rules! register {
                 (imm) => {
@@ -239,61 +198,80 @@ impl Machine<'_> {
                     }
                 };
             }
-            // Whether a call is of the running closure, and takes no look at memory.
+            // Whether a call is of the running closure, and too little was made since the last look at
+            // memory to take another.
             macro_rules! is_again {
-                () => {{
-                    let closure = frame.get(step.k as u8);
-                    !is_heap_due!()
-                        && closure.tag == Tag::Closure
-                        && closure.address() == self.closure
+                ($step:expr) => {{
+                    let [_, register, ..] = $step.imm.to_le_bytes();
+                    self.heap.n_cells() - self.mark + self.stack.len() < MIN_GROWTH
+                        && frame.tag(register) == Tag::Closure
+                        && frame.x(register) == self.closure as u64
                 }};
             }
-            // Calls the running closure in place of itself, behind a few pushes. The values go from
+            // Calls the running closure in place of itself, behind pushes. The values are moved from
             // their registers to those that the function's first steps pop them to.
             macro_rules! again {
-                ($n_pushes:expr, $registers:expr) => {
-                    skip!($n_pushes);
-                    check!(pay(&mut self.fuel, &self.limits, function));
-                    let words = $registers.map(|register| frame.get(register));
-                    frame.set_all((step.k >> 8) as u8, words);
-                    rest = &function.steps[$n_pushes..];
-                };
+                () => {{
+                    let [_, _, counts, _] = step.imm.to_le_bytes();
+                    if self.fuel < n_steps as u64 {
+                        skip!(usize::from(counts & 15 == 4) + 1);
+                        trap!(Problem::FuelLimit(self.limits.fuel))
+                    }
+                    self.fuel -= n_steps as u64;
+                    let mut moves = step.k;
+                    for _ in 0..counts >> 4 {
+                        let [from, to, ..] = moves.to_le_bytes();
+                        frame.copy(from, to);
+                        moves >>= 16;
+                    }
+                    rest = round.clone();
+                    // Most rounds begin by testing a counter.
+                    let next = rest.as_slice().first().map(|next| next.op);
+                    if next == Some(Op::JumpUnlessLessIK) {
+                        advance!();
+                        jump_unless!(scalar::less_i(r!(Int a), k!(Int)))
+                    } else if next == Some(Op::JumpUnlessEqIK) {
+                        advance!();
+                        jump_unless!(scalar::eq_i(r!(Int a), k!(Int)))
+                    }
+                }};
             }
 
-            // The first halves of other fused steps.
+            // The first parts of other fused steps, up to where the step behind is the current one.
             macro_rules! load {
-                () => {
-                    frame.set_real(step.b, k!(Real));
-                    skip!(1);
-                };
+                () => {{
+                    let loaded = k!(Real);
+                    frame.set_real(step.a, loaded);
+                    advance!();
+                    loaded
+                }};
             }
             macro_rules! capture {
                 () => {{
                     let captured = self.heap.capture(self.closure, step.imm);
-                    frame.set(step.c, captured);
-                    skip!(1);
+                    frame.load(step.a, captured);
+                    advance!();
                     match captured.as_real() {
                         Some(operand) => operand,
                         None => trap_scalar!(None),
                     }
                 }};
             }
-            macro_rules! multiply {
-                () => {
-                    store!(Real a, scalar::mul_f(r!(Real b), k!(Real)));
-                    skip!(1);
+            macro_rules! first {
+                (scalar::$function:ident r) => {
+                    store!(Real a, scalar::$function(r!(Real b), r!(Real c)));
+                    advance!();
+                };
+                (scalar::$function:ident k) => {
+                    store!(Real a, scalar::$function(r!(Real b), k!(Real)));
+                    advance!();
                 };
             }
 
             for_each_scalar!(with_further, [step.op, {
-                Op::Load => frame.set(step.a, function.constants[step.imm as usize]),
-                Op::Capture => {
-                    frame.set(step.a, self.heap.capture(self.closure, step.imm));
-                }
-                Op::Move => {
-                    let word = frame.get(step.b);
-                    frame.set(step.a, word);
-                }
+                Op::Load => frame.load(step.a, &function.constants[step.imm as usize]),
+                Op::Capture => frame.load(step.a, self.heap.capture(self.closure, step.imm)),
+                Op::Move => frame.copy(step.b, step.a),
                 Op::Spill => {
                     let word = frame.get(step.a);
                     self.registers.set(slot(function, base, step.imm), word);
@@ -304,37 +282,80 @@ impl Machine<'_> {
                     frame = self.registers.window(base);
                     frame.set(step.a, word);
                 }
-                Op::Again2 if is_again!() => {
-                    again!(1, [step.b, step.a]);
+                Op::SumOfProducts => {
+                    first!(scalar::mul_f r);
+                    let product = acc!();
+                    first!(scalar::mul_f r);
+                    store!(Real a, scalar::add_f(product, acc!()))
                 }
-                Op::Again3 if is_again!() => {
-                    again!(1, [step.c, step.b, step.a]);
+                Op::SumOfProductsTest => {
+                    first!(scalar::mul_f r);
+                    let product = acc!();
+                    first!(scalar::mul_f r);
+                    store!(Real a, scalar::add_f(product, acc!()));
+                    advance!();
+                    jump_unless!(scalar::less_f(acc!(), k!(Real)))
                 }
-                Op::Again4 if is_again!() => {
-                    again!(2, [step.imm as u8, step.c, step.b, step.a]);
+                Op::SumOfMultiples => {
+                    first!(scalar::mul_f k);
+                    let product = acc!();
+                    first!(scalar::mul_f k);
+                    store!(Real a, scalar::add_f(product, acc!()))
                 }
-                Op::Push => self.stack.push([frame.get(step.a)]),
-                Op::Push2 | Op::Again2 => self.stack.push([frame.get(step.a), frame.get(step.b)]),
-                Op::Push3 | Op::Again3 => {
-                    self.stack.push([step.a, step.b, step.c].map(|r| frame.get(r)));
+                Op::AddAgain => {
+                    store!(Int a, scalar::add_i(r!(Int b), k!(Int)));
+                    if rest.as_slice().first().is_some_and(|next| is_again!(next)) {
+                        advance!();
+                        again!()
+                    }
                 }
-                Op::Push4 | Op::Again4 => {
-                    self.stack.push([step.a, step.b, step.c, step.imm as u8].map(|r| frame.get(r)));
+                Op::SubAgain => {
+                    store!(Int a, scalar::sub_i(r!(Int b), k!(Int)));
+                    if rest.as_slice().first().is_some_and(|next| is_again!(next)) {
+                        advance!();
+                        again!()
+                    }
+                }
+                Op::Again if is_again!(step) => again!(),
+                Op::Again => {
+                    let [fourth, _, counts, _] = step.imm.to_le_bytes();
+                    let registers = [step.a, step.b, step.c, fourth];
+                    let n_pushes = usize::from(counts & 15);
+                    for register in &registers[..n_pushes] {
+                        frame.push([*register], &mut self.stack);
+                    }
+                    skip!(usize::from(n_pushes == 4));
+                }
+                Op::Push => frame.push([step.a], &mut self.stack),
+                Op::Push2 => frame.push([step.a, step.b], &mut self.stack),
+                Op::Push3 => frame.push([step.a, step.b, step.c], &mut self.stack),
+                Op::Push4 => {
+                    frame.push([step.a, step.b, step.c, step.imm as u8], &mut self.stack);
                     skip!(1);
                 }
-                Op::PushConstant => self.stack.push([function.constants[step.imm as usize]]),
+                Op::PushConstant => {
+                    let [slot] = self.stack.push();
+                    slot.set(&function.constants[step.imm as usize]);
+                }
                 Op::PushConstants => {
-                    let indices = [step.imm, step.k as u32, (step.k >> 32) as u32];
-                    self.stack.push(indices.map(|index| function.constants[index as usize]));
+                    let [first, second, third] = self.stack.push();
+                    first.set(&function.constants[step.imm as usize]);
+                    second.set(&function.constants[step.k as u32 as usize]);
+                    third.set(&function.constants[(step.k >> 32) as usize]);
                     skip!(2);
                 }
                 Op::Pop3 if self.stack.len() - self.floor >= 3 => {
-                    let words = self.stack.pop::<3>();
-                    frame.set_all(step.a, words);
+                    let [third, second, first] = self.stack.pop();
+                    frame.load(step.a, first);
+                    frame.load(step.a.wrapping_add(1), second);
+                    frame.load(step.a.wrapping_add(2), third);
                 }
                 Op::Pop4 if self.stack.len() - self.floor >= 4 => {
-                    let words = self.stack.pop::<4>();
-                    frame.set_all(step.a, words);
+                    let [fourth, third, second, first] = self.stack.pop();
+                    frame.load(step.a, first);
+                    frame.load(step.a.wrapping_add(1), second);
+                    frame.load(step.a.wrapping_add(2), third);
+                    frame.load(step.a.wrapping_add(3), fourth);
                     skip!(1);
                 }
                 Op::Pop | Op::Pop3 | Op::Pop4 => {
@@ -345,23 +366,23 @@ impl Machine<'_> {
                     }
                     for offset in 0..step.b {
                         let [word] = self.stack.pop();
-                        frame.set(step.a.wrapping_add(offset), word);
+                        frame.load(step.a.wrapping_add(offset), word);
                     }
                 }
                 Op::MakeClosure => {
                     let sources = &program.bytecode.functions[step.imm as usize].captures;
-                    let made = self.heap.closure(step.imm, sources.len());
-                    for (idx, source) in sources.iter().enumerate() {
+                    let made = self.heap.begin_closure(step.imm, sources.len());
+                    for source in sources {
                         let word = match *source {
                             CaptureSource::Register(register) => frame.get(register),
-                            CaptureSource::Capture(index) => self.heap.capture(self.closure, index),
+                            CaptureSource::Capture(index) => *self.heap.capture(self.closure, index),
                             CaptureSource::Slot(index) => {
                                 let word = self.registers.get(slot(function, base, index));
                                 frame = self.registers.window(base);
                                 word
                             }
                         };
-                        self.heap.items_mut(made.address())[idx].set(word);
+                        self.heap.add_capture(word);
                     }
                     frame.set(step.a, made);
                 }
@@ -382,15 +403,14 @@ impl Machine<'_> {
                     frame.set(step.a, array);
                 }
                 Op::Get => {
-                    let operands = [frame.get(step.b), frame.get(step.c)];
-                    let (Tag::Array, Some(index)) = (operands[0].tag, operands[1].as_int()) else {
-                        trap!(mismatch(Operator::Get, &operands))
-                    };
-                    let array = operands[0].address();
+                    if frame.tag(step.b) != Tag::Array || frame.tag(step.c) != Tag::Int {
+                        trap!(mismatch(Operator::Get, &[frame.get(step.b), frame.get(step.c)]))
+                    }
+                    let (array, index) = (frame.x(step.b) as usize, frame.x(step.c) as i64);
                     let Some(item) = self.heap.item(array, index) else {
                         trap!(Problem::Subscript(index, self.heap.length(array)))
                     };
-                    frame.set(step.a, item);
+                    frame.load(step.a, item);
                 }
                 Op::Length => {
                     let array = frame.get(step.b);
@@ -420,8 +440,8 @@ impl Machine<'_> {
                         frame = self.registers.window(base);
                     }
                     if callee == self.closure {
-                        check!(pay(&mut self.fuel, &self.limits, function));
-                        rest = &function.steps;
+                        check!(pay(&mut self.fuel, &self.limits, n_steps));
+                        rest = function.steps.iter();
                         continue;
                     }
                     let callee_index = self.heap.function(callee) as usize;
@@ -477,7 +497,7 @@ impl Machine<'_> {
     /// Pays for a call and makes room for its frame.
     #[inline(always)]
     fn enter(&mut self, callee: &LoadedFunction, base: usize) -> Result<(), Box<Problem>> {
-        pay(&mut self.fuel, &self.limits, callee)?;
+        pay(&mut self.fuel, &self.limits, callee.steps.len())?;
         let needed = base + WINDOW + callee.n_used;
         if self.registers.len() < needed {
             self.grow_registers(needed);
@@ -522,8 +542,8 @@ impl Machine<'_> {
 
 /// Pays for a call.
 #[inline(always)]
-fn pay(fuel: &mut u64, limits: &Limits, callee: &LoadedFunction) -> Result<(), Box<Problem>> {
-    let Some(left) = fuel.checked_sub(callee.steps.len() as u64) else {
+fn pay(fuel: &mut u64, limits: &Limits, n_steps: usize) -> Result<(), Box<Problem>> {
+    let Some(left) = fuel.checked_sub(n_steps as u64) else {
         return Err(Box::new(Problem::FuelLimit(limits.fuel)));
     };
     *fuel = left;

@@ -5,6 +5,7 @@
 //! and no native code.
 #![forbid(unsafe_code)]
 
+mod dispatch;
 pub mod display;
 pub mod error;
 mod exchange;

@@ -1,6 +1,7 @@
 //! A program ready to run: the bytecode, with its constants as the machine holds values.
 
 use std::collections::HashMap;
+use std::slice;
 use std::sync::Arc;
 
 use compiler::bytecode::{Constant, ConstantArray, Function, Program};
@@ -23,10 +24,20 @@ pub struct LoadedProgram {
 /// A function as the interpreter runs it.
 pub(crate) struct LoadedFunction {
     pub(crate) steps: Vec<Step>,
+    /// Where a further round begins, if the function calls itself in its place.
+    n_first: usize,
     pub(crate) constants: Vec<Word>,
     /// Number of registers, and of registers and spill slots.
     pub(crate) n_registers: usize,
     pub(crate) n_used: usize,
+}
+
+impl LoadedFunction {
+    /// The steps of a further round.
+    #[inline(always)]
+    pub(crate) fn round(&self) -> slice::Iter<'_, Step> {
+        self.steps[self.n_first..].iter()
+    }
 }
 
 impl LoadedProgram {
@@ -51,8 +62,10 @@ impl Loader {
     fn function(&mut self, function: &Function) -> LoadedFunction {
         let constants: Vec<Word> = function.constants.iter().map(|k| self.word(k)).collect();
         let n_registers = function.n_registers as usize;
+        let (steps, n_first) = step::translate(&function.code, &constants);
         LoadedFunction {
-            steps: step::translate(&function.code, &constants),
+            steps,
+            n_first,
             constants,
             n_registers,
             n_used: n_registers + function.n_slots as usize,

@@ -6,6 +6,7 @@
 
 use compiler::scalar::Operands;
 
+use crate::stack::OperandStack;
 use crate::word::{Tag, Word};
 
 /// Registers that an instruction can name. A function uses its first few; the callee's window
@@ -86,6 +87,22 @@ impl Window<'_> {
     }
 
     #[inline(always)]
+    pub(crate) fn x(&self, register: u8) -> u64 {
+        self.xs[register as usize]
+    }
+
+    /// Copies one register to another.
+    #[inline(always)]
+    pub(crate) fn copy(&mut self, from: u8, to: u8) {
+        let tag = self.tag(from);
+        self.tags[to as usize] = tag;
+        self.xs[to as usize] = self.x(from);
+        if tag == Tag::Point {
+            self.yzs[to as usize] = self.yzs[from as usize];
+        }
+    }
+
+    #[inline(always)]
     pub(crate) fn set(&mut self, register: u8, word: Word) {
         self.tags[register as usize] = word.tag;
         self.xs[register as usize] = word.x;
@@ -94,11 +111,33 @@ impl Window<'_> {
         }
     }
 
-    /// Sets consecutive registers.
+    /// Sets a register to a word in memory, of which it reads what is needed.
     #[inline(always)]
-    pub(crate) fn set_all<const N: usize>(&mut self, first: u8, words: [Word; N]) {
-        for (offset, word) in (0..).zip(words) {
-            self.set(first.wrapping_add(offset), word);
+    pub(crate) fn load(&mut self, register: u8, word: &Word) {
+        let tag = word.tag;
+        self.tags[register as usize] = tag;
+        self.xs[register as usize] = word.x;
+        if tag == Tag::Point {
+            self.yzs[register as usize] = [word.y, word.z];
+        }
+    }
+
+    /// Sets a word in memory to what is in a register.
+    #[inline(always)]
+    pub(crate) fn store(&self, register: u8, word: &mut Word) {
+        let tag = self.tag(register);
+        (word.tag, word.x) = (tag, self.x(register));
+        if tag == Tag::Point {
+            [word.y, word.z] = self.yzs[register as usize];
+        }
+    }
+
+    /// Pushes what is in registers, the last on top.
+    #[inline(always)]
+    pub(crate) fn push<const N: usize>(&self, registers: [u8; N], stack: &mut OperandStack) {
+        let slots = stack.push::<N>();
+        for idx in 0..N {
+            self.store(registers[idx], &mut slots[idx]);
         }
     }
 

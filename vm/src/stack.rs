@@ -1,7 +1,8 @@
 //! The operand stack.
 //!
 //! Slots above the top hold words of no meaning, so that pushing writes a tag and a payload in
-//! place. `Vec::push` would build the word elsewhere and copy all 32 bytes.
+//! place, and popping reads no more than that. `Vec::push` would build the word elsewhere and copy
+//! all 32 bytes.
 
 use crate::word::Word;
 
@@ -31,16 +32,15 @@ impl OperandStack {
         &self.slots[..self.len]
     }
 
-    /// Pushes values, the last on top.
+    /// The slots of values to be pushed, the last on top.
     #[inline(always)]
-    pub(crate) fn push<const N: usize>(&mut self, words: [Word; N]) {
+    pub(crate) fn push<const N: usize>(&mut self) -> &mut [Word; N] {
         if self.slots.len() - self.len < N {
             self.grow();
         }
-        for (slot, word) in self.slots[self.len..][..N].iter_mut().zip(words) {
-            slot.set(word);
-        }
+        let slots = self.slots[self.len..].first_chunk_mut().expect("there is room");
         self.len += N;
+        slots
     }
 
     #[cold]
@@ -50,13 +50,11 @@ impl OperandStack {
         self.slots.resize(larger, Word::NOTHING);
     }
 
-    /// Takes the topmost values, of which there must be as many; the first was on top.
+    /// Takes the topmost values, of which there must be as many; the last was on top.
     #[inline(always)]
-    pub(crate) fn pop<const N: usize>(&mut self) -> [Word; N] {
-        let top = self.len;
+    pub(crate) fn pop<const N: usize>(&mut self) -> &[Word; N] {
         self.len -= N;
-        let words = &self.slots[self.len..top];
-        std::array::from_fn(|idx| words[N - 1 - idx])
+        self.slots[self.len..].first_chunk().expect("there are as many")
     }
 
     /// Forgets all values from index `len` on.

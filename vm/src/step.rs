@@ -8,6 +8,7 @@
 //! too, where jumps may land.
 
 use compiler::bytecode::{Format, Insn, Opcode};
+use compiler::flow::jump_targets;
 use compiler::op::{Operator, Type};
 use compiler::{for_each_control, for_each_scalar};
 
@@ -16,8 +17,8 @@ use crate::word::{Tag, Word};
 /// Calls `$then!` with the scalar operators that have further steps, and those, behind any tokens
 /// given in `[ ]`. Letters say where operands are: `R` in a register, `A` in the accumulator, `K` in
 /// the step. Fused are `Load` and an operator whose first operand it loads (`K` first), `Capture` and
-/// an operator whose second operand it fetches (`C`), and `MulFK` and an operator whose second
-/// operand it computes (`M`).
+/// an operator whose second operand it fetches (`C`), and two operators of which the second takes the
+/// result of the first (`pair`).
 macro_rules! for_each_further {
     ($then:ident, [$($extra:tt)*]) => {
         $then! {
@@ -32,13 +33,27 @@ macro_rules! for_each_further {
                 Cos CosA cos -> Real;
             }
             binary {
-                AddF AddFK add_f AddRA AddAR AddAA AddAK AddKR AddKA AddRC AddAC AddRM;
-                SubF SubFK sub_f SubRA SubAR SubAA SubAK SubKR SubKA SubRC SubAC SubRM;
-                MulF MulFK mul_f MulRA MulAR MulAA MulAK MulKR MulKA MulRC MulAC MulRM;
-                DivF DivFK div_f DivRA DivAR DivAA DivAK DivKR DivKA DivRC DivAC DivRM;
+                AddF AddFK add_f AddRA AddAR AddAA AddAK AddKR AddKA AddRC AddAC;
+                SubF SubFK sub_f SubRA SubAR SubAA SubAK SubKR SubKA SubRC SubAC;
+                MulF MulFK mul_f MulRA MulAR MulAA MulAK MulKR MulKA MulRC MulAC;
+                DivF DivFK div_f DivRA DivAR DivAA DivAK DivKR DivKA DivRC DivAC;
             }
             jump {
                 JumpUnlessLessF JumpUnlessLessFK less_f JumpUnlessLessRA JumpUnlessLessAR JumpUnlessLessAK;
+            }
+            pair {
+                AddF add_f r AddF AddFK add_f AddAddRA AddAddAR AddAddAK;
+                AddF add_f r SubF SubFK sub_f AddSubRA AddSubAR AddSubAK;
+                AddF add_f r MulF MulFK mul_f AddMulRA AddMulAR AddMulAK;
+                SubF sub_f r AddF AddFK add_f SubAddRA SubAddAR SubAddAK;
+                SubF sub_f r SubF SubFK sub_f SubSubRA SubSubAR SubSubAK;
+                SubF sub_f r MulF MulFK mul_f SubMulRA SubMulAR SubMulAK;
+                MulF mul_f r AddF AddFK add_f MulAddRA MulAddAR MulAddAK;
+                MulF mul_f r SubF SubFK sub_f MulSubRA MulSubAR MulSubAK;
+                MulF mul_f r MulF MulFK mul_f MulMulRA MulMulAR MulMulAK;
+                MulFK mul_f k AddF AddFK add_f MulKAddRA MulKAddAR MulKAddAK;
+                MulFK mul_f k SubF SubFK sub_f MulKSubRA MulKSubAR MulKSubAK;
+                MulFK mul_f k MulF MulFK mul_f MulKMulRA MulKMulAR MulKMulAK;
             }
         }
     };
@@ -52,27 +67,38 @@ macro_rules! op_enum {
       compare { $($(#[$cd:meta])+ $c:ident $ck:ident $cj:ident $cjk:ident $cs:literal $cf:ident($ct:ident, $ct2:ident) -> $cr:ident;)* }
       ternary { $($(#[$td:meta])+ $t:ident $ts:literal $tf:ident($tt:ident, $tt2:ident, $tt3:ident) -> $tr:ident;)* }]
       unary { $($xu:ident $xua:ident $xuf:ident -> $xur:ident;)* }
-      binary { $($xb:ident $xbk:ident $xbf:ident $ra:ident $ar:ident $aa:ident $ak:ident $kr:ident $ka:ident $rc:ident $ac:ident $rm:ident;)* }
-      jump { $($xj:ident $xjk:ident $xjf:ident $jra:ident $jar:ident $jak:ident;)* }) => {
+      binary { $($xb:ident $xbk:ident $xbf:ident $ra:ident $ar:ident $aa:ident $ak:ident $kr:ident $ka:ident $rc:ident $ac:ident;)* }
+      jump { $($xj:ident $xjk:ident $xjf:ident $jra:ident $jar:ident $jak:ident;)* }
+      pair { $($p:ident $pf:ident $pc:ident $q:ident $qk:ident $qf:ident $pra:ident $par:ident $pak:ident;)* }) => {
         /// What a step does.
         #[derive(Clone, Copy, PartialEq, Eq)]
         #[repr(u8)]
         pub(crate) enum Op {
             $($k,)* $($u,)* $($b, $bk,)* $($c, $ck, $cj, $cjk,)* $($t,)*
-            $($xua,)* $($ra, $ar, $aa, $ak, $kr, $ka, $rc, $ac, $rm,)* $($jra, $jar, $jak,)*
+            $($xua,)* $($ra, $ar, $aa, $ak, $kr, $ka, $rc, $ac,)* $($jra, $jar, $jak,)*
+            $($pra, $par, $pak,)*
             /// `Push3` and `Push`: the fourth register is in `imm`.
             Push4,
             /// `Pop` of three values.
             Pop3,
             /// `Pop` of three values and of a fourth.
             Pop4,
-            /// `Push2` and `TailApply` where the function begins with a `Pop` of as many values. Of
-            /// `k`, the first byte is the register of the closure, the second the first one popped to.
-            Again2,
-            /// The same with `Push3`.
-            Again3,
-            /// The same with `Push4` and `Pop4`.
-            Again4,
+            /// The products of two pairs of registers and their sum.
+            SumOfProducts,
+            /// The same and a jump unless the sum is less than a constant.
+            SumOfProductsTest,
+            /// The products of two registers with constants and their sum.
+            SumOfMultiples,
+            /// Up to four pushes and `TailApply`, most likely of the running closure, with a value to
+            /// move for each that the next round wants elsewhere than it is. The registers to push are
+            /// in `a`, `b`, `c` and the lowest byte of `imm`; the others are the register of the
+            /// closure, and the number of pushes and, in the upper half, of moves. Of `k`, each two
+            /// bytes are the registers of a move.
+            Again,
+            /// `AddIK` and `Again`.
+            AddAgain,
+            /// `SubIK` and `Again`.
+            SubAgain,
             /// Three times `PushConstant`: the second and third index are in `k`.
             PushConstants,
             /// An instruction that finds a constant of the wrong type.
@@ -117,9 +143,14 @@ macro_rules! op_enum {
                 Some(match self { $(Op::$xb => Op::$rc,)* _ => return None })
             }
 
-            /// Fused with the `MulFK` of the second operand.
-            fn with_second_multiplied(self) -> Option<Op> {
-                Some(match self { $(Op::$xb => Op::$rm,)* _ => return None })
+            /// Two operators with real results, the first on registers or with a constant, the second
+            /// with the result of the first as its first or second operand.
+            fn pair(first: Op, second: Op, is_result_first: bool) -> Option<Op> {
+                Some(match (first, second, is_result_first) {
+                    $((Op::$p, Op::$q, true) => Op::$par, (Op::$p, Op::$q, false) => Op::$pra,
+                      (Op::$p, Op::$qk, true) => Op::$pak,)*
+                    _ => return None,
+                })
             }
         }
     };
@@ -148,9 +179,10 @@ pub(crate) struct Step {
     pub(crate) k: u64,
 }
 
-/// The steps of a function with these constants.
-pub(crate) fn translate(code: &[Insn], constants: &[Word]) -> Vec<Step> {
-    let mut translation = Translation { constants, entry: entry(code), accumulated: None };
+/// The steps of a function with these constants, and where a further round begins that is called in
+/// its place.
+pub(crate) fn translate(code: &[Insn], constants: &[Word]) -> (Vec<Step>, usize) {
+    let mut translation = Translation { constants, entry: Entry::new(code), accumulated: None };
     let is_target = jump_targets(code);
     let mut steps = Vec::with_capacity(code.len());
     for (pc, insn) in code.iter().enumerate() {
@@ -161,27 +193,37 @@ pub(crate) fn translate(code: &[Insn], constants: &[Word]) -> Vec<Step> {
         steps.push(fused.unwrap_or_else(|| translation.single(insn)));
         translation.update(insn);
     }
-    steps
+    (steps, translation.entry.n_first)
 }
 
-fn jump_targets(code: &[Insn]) -> Vec<bool> {
-    let mut is_target = vec![false; code.len()];
-    for (pc, insn) in code.iter().enumerate() {
-        if let Format::Jump | Format::AJump | Format::ABJump | Format::AKJump = insn.op.format() {
-            is_target[pc + 1 + insn.imm as usize] = true;
-        }
-    }
-    is_target
+/// How a function begins.
+struct Entry {
+    /// The registers that its first pops fill, topmost value first.
+    parameters: Vec<u8>,
+    /// Number of instructions that a further round can leave out: the pops, and captures behind them
+    /// into registers that nothing else writes.
+    n_first: usize,
 }
 
-/// Where the first step pops to, and how many values.
-fn entry(code: &[Insn]) -> (u8, u8) {
-    match code {
-        [first, second, ..] if pops_four(first, second) => (first.a, 4),
-        [Insn { op: Opcode::Pop, a, b, .. }, ..] => (*a, *b),
-        _ => (0, 0),
+impl Entry {
+    fn new(code: &[Insn]) -> Entry {
+        let pops = code.iter().take_while(|insn| insn.op == Opcode::Pop);
+        let (n_pops, parameters) = (
+            pops.clone().count(),
+            pops.flat_map(|pop| (0..pop.b).map(|offset| pop.a.wrapping_add(offset))).collect(),
+        );
+        let is_kept = |capture: &&Insn| {
+            capture.op == Opcode::Capture
+                && code.iter().filter(|insn| insn.is_writing(capture.a)).count() == 1
+        };
+        // A few captures are enough; the limit bounds the time that this takes.
+        let n_captures = code[n_pops..].iter().take(MAX_KEPT).take_while(is_kept).count();
+        Entry { parameters, n_first: n_pops + n_captures }
     }
 }
+
+/// The most captured values that stay in their registers for further rounds.
+const MAX_KEPT: usize = 16;
 
 fn pops_four(first: &Insn, second: &Insn) -> bool {
     (first.op, first.b, second.op, second.b) == (Opcode::Pop, 3, Opcode::Pop, 1)
@@ -190,7 +232,7 @@ fn pops_four(first: &Insn, second: &Insn) -> bool {
 
 struct Translation<'f> {
     constants: &'f [Word],
-    entry: (u8, u8),
+    entry: Entry,
     /// The register whose value is in the accumulator too.
     accumulated: Option<u8>,
 }
@@ -231,56 +273,93 @@ impl Translation<'_> {
         Step { op, ..step }
     }
 
-    /// The step of the first few instructions together.
+    /// The step of the first few instructions together. Those behind the first are carried out as
+    /// their own steps say.
     fn fused(&self, code: &[Insn]) -> Option<Step> {
         let [insn, next, ..] = code else { return None };
-        let Insn { op, a, b, c, imm } = *insn;
-        match (op, next.op) {
-            (Opcode::Load, _) if next.b == a && next.c != a => {
+        let first = self.single(insn);
+        match (insn.op, next.op) {
+            (Opcode::Load, _) if next.b == insn.a && next.c != insn.a => {
                 let op = Op::of(next.op).with_first_loaded()?;
-                let step = Step { op, a: next.a, b: a, c: next.c, imm: 0, k: self.real(imm)? };
-                Some(self.accumulate(step, a, Some(next.c)))
+                let step = Step { op, k: self.real(insn.imm)?, ..first };
+                Some(self.accumulate(step, insn.a, Some(next.c)))
             }
-            (Opcode::Capture, _) if next.c == a && next.b != a => {
+            (Opcode::Capture, _) if next.c == insn.a && next.b != insn.a => {
                 let op = Op::of(next.op).with_second_captured()?;
-                let step = Step { op, a: next.a, b: next.b, c: a, imm, k: 0 };
-                Some(self.accumulate(step, next.b, None))
+                Some(self.accumulate(Step { op, ..first }, next.b, None))
             }
-            (Opcode::MulFK, _) if next.c == a && next.b != a => {
-                let op = Op::of(next.op).with_second_multiplied()?;
-                Some(Step { op, a, b, c: next.b, imm: u32::from(next.a), k: self.real(imm)? })
-            }
-            (Opcode::Push2, Opcode::TailApply) => {
-                Some(Step { op: Op::Again2, a, b, c, imm, k: self.again(2, next)? })
-            }
-            (Opcode::Push3, Opcode::TailApply) => {
-                Some(Step { op: Op::Again3, a, b, c, imm, k: self.again(3, next)? })
+            (Opcode::Push | Opcode::Push2 | Opcode::Push3, Opcode::TailApply) => {
+                self.again(first, &code[..1], next)
             }
             (Opcode::Push3, Opcode::Push) => {
-                let imm = u32::from(next.a);
-                match code.get(2).and_then(|call| self.again(4, call)) {
-                    Some(k) => Some(Step { op: Op::Again4, a, b, c, imm, k }),
-                    None => Some(Step { op: Op::Push4, a, b, c, imm, k: 0 }),
-                }
+                let push = Step { op: Op::Push4, imm: u32::from(next.a), ..first };
+                let call = code.get(2).filter(|call| call.op == Opcode::TailApply);
+                call.and_then(|call| self.again(push, &code[..2], call)).or(Some(push))
             }
-            (Opcode::Pop, _) if pops_four(insn, next) => {
-                Some(Step { op: Op::Pop4, a, b, c, imm, k: 0 })
-            }
-            (Opcode::Pop, _) if b == 3 => Some(Step { op: Op::Pop3, a, b, c, imm, k: 0 }),
+            (Opcode::Pop, _) if pops_four(insn, next) => Some(Step { op: Op::Pop4, ..first }),
+            (Opcode::Pop, _) if insn.b == 3 => Some(Step { op: Op::Pop3, ..first }),
             (Opcode::PushConstant, Opcode::PushConstant) => {
                 let third = code.get(2).filter(|third| third.op == Opcode::PushConstant)?;
                 let k = u64::from(next.imm) | u64::from(third.imm) << 32;
-                Some(Step { op: Op::PushConstants, a, b, c, imm, k })
+                Some(Step { op: Op::PushConstants, k, ..first })
             }
-            _ => None,
+            (Opcode::AddIK | Opcode::SubIK, Opcode::Push | Opcode::Push2 | Opcode::Push3) => {
+                let op = match first.op {
+                    Op::AddIK => Op::AddAgain,
+                    Op::SubIK => Op::SubAgain,
+                    _ => return None,
+                };
+                let is_again = self.fused(&code[1..]).is_some_and(|step| step.op == Op::Again);
+                is_again.then_some(Step { op, ..first })
+            }
+            _ if first.op == Op::Mistyped || self.single(next).op == Op::Mistyped => None,
+            _ => {
+                let op = self.sum(code).or_else(|| pair(insn, next))?;
+                Some(Step { op, ..first })
+            }
         }
     }
 
-    /// The field `k` of a call with so many arguments, which may be of the running closure.
-    fn again(&self, n_arguments: u8, call: &Insn) -> Option<u64> {
-        let (first, n_popped) = self.entry;
-        let is_wanted = call.op == Opcode::TailApply && n_popped == n_arguments;
-        is_wanted.then_some(u64::from(first) << 8 | u64::from(call.a))
+    /// Two products, the second not of the first, and their sum.
+    fn sum(&self, code: &[Insn]) -> Option<Op> {
+        let [one, other, sum, ..] = code else { return None };
+        let op = match (one.op, other.op, sum.op) {
+            (Opcode::MulF, Opcode::MulF, Opcode::AddF) => Op::SumOfProducts,
+            (Opcode::MulFK, Opcode::MulFK, Opcode::AddF) => Op::SumOfMultiples,
+            _ => return None,
+        };
+        let is_sum = (sum.b, sum.c) == (one.a, other.a) && one.a != other.a;
+        if !is_sum {
+            return None;
+        }
+        let is_test = code.get(3).is_some_and(|test| {
+            let test_step = self.single(test);
+            op == Op::SumOfProducts && test_step.op == Op::JumpUnlessLessFK && test.a == sum.a
+        });
+        Some(if is_test { Op::SumOfProductsTest } else { op })
+    }
+
+    /// A call behind pushes, which may be of the running closure.
+    fn again(&self, push: Step, pushes: &[Insn], call: &Insn) -> Option<Step> {
+        let pushed = pushes.iter().flat_map(|insn| {
+            let fields = [insn.a, insn.b, insn.c].into_iter().zip(insn.reads());
+            fields.filter(|field| field.1).map(|field| field.0)
+        });
+        let arguments: Vec<u8> = pushed.collect();
+        if arguments.len() != self.entry.parameters.len() {
+            return None;
+        }
+        let moves = arguments.iter().rev().copied().zip(self.entry.parameters.iter().copied());
+        let moves = in_order(moves.filter(|(from, to)| from != to).collect())?;
+        let fourth = arguments.get(3).copied().unwrap_or(0);
+        let counts = arguments.len() | moves.len() << 4;
+        let imm = [fourth, call.a, counts as u8, 0];
+        let mut k = [0; 8];
+        for (bytes, (from, to)) in k.chunks_exact_mut(2).zip(moves) {
+            bytes.copy_from_slice(&[from, to]);
+        }
+        let (imm, k) = (u32::from_le_bytes(imm), u64::from_le_bytes(k));
+        Some(Step { op: Op::Again, imm, k, ..push })
     }
 
     /// The payload of a constant that is a real.
@@ -294,19 +373,30 @@ impl Translation<'_> {
         let is_real = |op: Operator| op.results() == [Type::Real];
         if insn.op.operator().is_some_and(is_real) {
             self.accumulated = Some(insn.a);
-        } else if insn.op == Opcode::Apply || self.accumulated.is_some_and(|r| writes(insn, r)) {
+        } else if insn.op == Opcode::Apply || self.accumulated.is_some_and(|r| insn.is_writing(r)) {
             self.accumulated = None;
         }
     }
 }
 
-/// Whether an instruction without a real result may change a register.
-fn writes(insn: &Insn, register: u8) -> bool {
-    match insn.op.format() {
-        Format::Range => register.wrapping_sub(insn.a) < insn.b,
-        Format::ABCRegister => u32::from(register) == insn.imm,
-        Format::None | Format::Constant | Format::Jump | Format::AJump => false,
-        Format::ABJump | Format::AKJump => false,
-        _ => register == insn.a,
+/// Moves from registers to others in such an order that none overwrites what a later one reads; none
+/// if there is no such order.
+fn in_order(mut moves: Vec<(u8, u8)>) -> Option<Vec<(u8, u8)>> {
+    let mut ordered = Vec::with_capacity(moves.len());
+    while !moves.is_empty() {
+        let is_last_use = |at: &usize| !moves.iter().any(|(from, _)| *from == moves[*at].1);
+        let next = (0..moves.len()).find(is_last_use)?;
+        ordered.push(moves.swap_remove(next));
     }
+    Some(ordered)
+}
+
+/// Two operators with real results of which the second takes that of the first, once.
+fn pair(first: &Insn, second: &Insn) -> Option<Op> {
+    let is_constant = second.op.format() == Format::ABConstant;
+    let is_result_first = second.b == first.a;
+    if !is_constant && is_result_first == (second.c == first.a) {
+        return None;
+    }
+    Op::pair(Op::of(first.op), Op::of(second.op), is_result_first)
 }

@@ -127,7 +127,8 @@ impl Machine<'_> {
     fn surface_at(&mut self, index: usize, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
         self.reset();
         let face = Word::from_int(i64::from(at.face));
-        self.stack.push([face, Word::from_real(at.u), Word::from_real(at.v)]);
+        let arguments = [face, Word::from_real(at.u), Word::from_real(at.v)];
+        self.stack.push::<3>().iter_mut().zip(&arguments).for_each(|(slot, word)| slot.set(word));
         self.call(self.surfaces[index], None)?;
         if let Some(sample) = sample(self.stack.as_slice()) {
             return Ok(sample);

@@ -47,7 +47,7 @@ impl Word {
     /// Overwrites the word field by field: a copy of all its bytes would wait for the parts that
     /// have just been written.
     #[inline(always)]
-    pub(crate) fn set(&mut self, from: Word) {
+    pub(crate) fn set(&mut self, from: &Word) {
         (self.tag, self.x) = (from.tag, from.x);
         if from.tag == Tag::Point {
             (self.y, self.z) = (from.y, from.z);

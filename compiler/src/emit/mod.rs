@@ -12,6 +12,7 @@
 mod branch;
 mod function;
 mod registers;
+mod rounds;
 
 use std::sync::Arc;
 
@@ -83,7 +84,9 @@ impl Emitter {
             self.here().emit_return(end);
         }
         let builder = self.builders.pop().expect("the function was begun by the caller");
-        self.functions.push(builder.finish());
+        let mut function = builder.finish();
+        rounds::shorten(&self.functions, &mut function);
+        self.functions.push(function);
         self.functions.len() as u32 - 1
     }
 
