@@ -60,6 +60,8 @@ pub(crate) struct Leaf<R> {
     /// the shift. They bound what rounding does to a ray's origin.
     pub(crate) linear_size: f64,
     pub(crate) shift_size: f64,
+    /// The eye in object space.
+    pub(crate) eye: Vec3<R>,
     /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
     pub(crate) at_eye: u8,
 }
@@ -313,6 +315,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             object_from_world,
             linear_size: object_from_world.rows.iter().map(row_size).fold(0.0, f64::max),
             shift_size: object_from_world.shift.max_norm().to_f64(),
+            eye: object_from_world.point(camera::eye()),
             at_eye: shape::faces_at(kind, eye),
         });
         self.placements.push(placement);

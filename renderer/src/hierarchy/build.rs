@@ -1,7 +1,8 @@
 //! Building a hierarchy.
 
 use crate::bounds::Bounds;
-use crate::hierarchy::{Box32, Child, Hierarchy, MAX_DEPTH, MAX_ITEMS, Node};
+use crate::hierarchy::{Child, Hierarchy, MAX_DEPTH, Node, WIDTH};
+use crate::ray::Boxes;
 
 /// Bins that centres are sorted into along an axis, as many as Wald found enough.
 const N_BINS: usize = 16;
@@ -10,9 +11,12 @@ const N_BINS: usize = 16;
 /// of it over a few microseconds.
 const PARALLEL: usize = 4096;
 
-/// What testing the boxes of a node costs, in tests of an item, which bring the ray into its space.
-/// 7381 spheres take the same time with 0.5.
-const NODE_COST: f64 = 0.25;
+/// A box with finite ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Box32 {
+    pub(super) lo: [f32; 3],
+    pub(super) hi: [f32; 3],
+}
 
 /// A box to be placed.
 #[derive(Clone, Copy)]
@@ -44,37 +48,40 @@ pub(super) fn build(boxes: impl Iterator<Item = (u32, Bounds)>) -> Hierarchy {
     if items.is_empty() {
         return hierarchy;
     }
-    let root = subtree(&mut items, 0, 0);
-    hierarchy.nodes = root.nodes;
-    hierarchy.root = Some((root.bounds, root.child));
-    hierarchy.items = items.iter().map(|item| item.number).collect();
+    let root = subtree(&mut items, 0);
+    let size = |corner: &[f32; 3]| corner.iter().fold(0.0, |size: f32, x| size.max(x.abs()));
+    hierarchy.extent = size(&root.bounds.lo).max(size(&root.bounds.hi)).into();
+    hierarchy.nodes.reserve_exact(root.nodes.len() / 2 + 1);
+    widen(&root.nodes, vec![(root.bounds, root.child)], &mut hierarchy.nodes);
     hierarchy
 }
 
+/// Two children and the boxes around them.
+#[derive(Clone, Copy)]
+struct Pair([(Box32, Child); 2]);
+
 /// A part of the hierarchy, with node numbers of its own; its root is node 0 if it has nodes.
 struct Subtree {
-    nodes: Vec<Node>,
+    nodes: Vec<Pair>,
     child: Child,
     bounds: Box32,
 }
 
-/// Builds the subtree of items that begin at `first` in the whole list, and brings them in order.
-fn subtree(items: &mut [Item], first: u32, depth: usize) -> Subtree {
+/// Builds the subtree of some items, of which it changes the order.
+fn subtree(items: &mut [Item], depth: usize) -> Subtree {
     let bounds = items.iter().fold(Box32::NOTHING, |bounds, item| bounds.or(&item.bounds));
-    let split = if depth < MAX_DEPTH / 2 { best_split(items, &bounds) } else { None };
-    let is_large = items.len() > MAX_ITEMS;
+    if let [item] = items {
+        return Subtree { nodes: Vec::new(), child: Child::Item(item.number), bounds };
+    }
+    let split = if depth < MAX_DEPTH / 2 { best_split(items) } else { None };
     let middle = match split {
-        Some(split) if is_large || split.cost < items.len() as f64 => partition(items, split),
-        _ if is_large => halve(items),
-        _ => {
-            let child = Child { first, n_items: items.len() as u32 };
-            return Subtree { nodes: Vec::new(), child, bounds };
-        }
+        Some(split) => partition(items, split),
+        None => halve(items),
     };
     let is_parallel = items.len() > PARALLEL;
     let (left, right) = items.split_at_mut(middle);
-    let mut build_left = || subtree(left, first, depth + 1);
-    let mut build_right = || subtree(right, first + middle as u32, depth + 1);
+    let mut build_left = || subtree(left, depth + 1);
+    let mut build_right = || subtree(right, depth + 1);
     let halves = if is_parallel {
         rayon::join(build_left, build_right)
     } else {
@@ -84,29 +91,54 @@ fn subtree(items: &mut [Item], first: u32, depth: usize) -> Subtree {
 }
 
 fn join(halves: [Subtree; 2], bounds: Box32) -> Subtree {
-    let boxes = [halves[0].bounds, halves[1].bounds];
     let mut nodes =
         Vec::with_capacity(1 + halves.iter().map(|half| half.nodes.len()).sum::<usize>());
-    nodes.push(Node { boxes, children: [halves[0].child, halves[1].child] });
+    nodes.push(Pair([0, 1].map(|side| (halves[side].bounds, halves[side].child))));
     for (side, half) in halves.into_iter().enumerate() {
         let offset = nodes.len() as u32;
-        nodes[0].children[side] = half.child.moved(offset);
-        nodes.extend(
-            half.nodes.into_iter().map(|node| Node {
-                children: node.children.map(|child| child.moved(offset)),
-                ..node
-            }),
-        );
+        let moved = |(bounds, child): (Box32, Child)| (bounds, child.moved(offset));
+        nodes[0].0[side] = moved(nodes[0].0[side]);
+        nodes.extend(half.nodes.into_iter().map(|Pair(children)| Pair(children.map(moved))));
     }
-    Subtree { nodes, child: Child { first: 0, n_items: 0 }, bounds }
+    Subtree { nodes, child: Child::Node(0), bounds }
 }
 
 impl Child {
     /// The same when its node has got a number higher by `offset`.
     fn moved(self, offset: u32) -> Child {
-        let is_node = self.n_items == 0;
-        Child { first: self.first + if is_node { offset } else { 0 }, ..self }
+        match self {
+            Child::Node(index) => Child::Node(index + offset),
+            other => other,
+        }
     }
+}
+
+/// Adds a node with these children, of which the largest give way to their own while there is room,
+/// and all below it. Returns its number.
+fn widen(pairs: &[Pair], mut children: Vec<(Box32, Child)>, nodes: &mut Vec<Node>) -> u32 {
+    while children.len() < WIDTH {
+        let inner = (0..children.len()).filter(|&k| matches!(children[k].1, Child::Node(_)));
+        let area = |k: usize| children[k].0.half_area();
+        let Some(largest) = inner.max_by(|&a, &b| area(a).total_cmp(&area(b))) else { break };
+        if let (_, Child::Node(index)) = children.swap_remove(largest) {
+            children.extend(pairs[index as usize].0);
+        }
+    }
+    let number = nodes.len();
+    let boxes = Boxes { lo: [[f32::MAX; WIDTH]; 3], hi: [[f32::MIN; WIDTH]; 3] };
+    nodes.push(Node { boxes, children: [Child::Nothing; WIDTH] });
+    for (k, (bounds, child)) in children.into_iter().enumerate() {
+        let child = match child {
+            Child::Node(index) => Child::Node(widen(pairs, pairs[index as usize].0.into(), nodes)),
+            other => other,
+        };
+        let node = &mut nodes[number];
+        node.children[k] = child;
+        for axis in 0..3 {
+            (node.boxes.lo[axis][k], node.boxes.hi[axis][k]) = (bounds.lo[axis], bounds.hi[axis]);
+        }
+    }
+    number as u32
 }
 
 /// Puts the first half of the items, by their centres on the longest axis, first.
@@ -123,7 +155,7 @@ fn halve(items: &mut [Item]) -> usize {
 struct Split {
     binning: Binning,
     end_bin: usize,
-    /// Expected tests of items.
+    /// Expected tests of items, but for a factor.
     cost: f64,
 }
 
@@ -154,17 +186,17 @@ fn partition(items: &mut [Item], split: Split) -> usize {
 }
 
 /// The split that costs least; none if all centres are the same.
-fn best_split(items: &[Item], bounds: &Box32) -> Option<Split> {
+fn best_split(items: &[Item]) -> Option<Split> {
     let centres = centre_bounds(items);
     let axes = (0..3).filter_map(|axis| {
         let scale = N_BINS as f32 / (centres.hi[axis] - centres.lo[axis]);
         let binning = Binning { axis, start: centres.lo[axis], scale };
-        (scale.is_finite() && scale > 0.0).then(|| best_on_axis(items, bounds, binning))?
+        (scale.is_finite() && scale > 0.0).then(|| best_on_axis(items, binning))?
     });
     axes.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
-fn best_on_axis(items: &[Item], bounds: &Box32, binning: Binning) -> Option<Split> {
+fn best_on_axis(items: &[Item], binning: Binning) -> Option<Split> {
     let mut bins = [(Box32::NOTHING, 0_u32); N_BINS];
     for item in items {
         let (bounds, n_items) = &mut bins[binning.bin(item)];
@@ -183,8 +215,7 @@ fn best_on_axis(items: &[Item], bounds: &Box32, binning: Binning) -> Option<Spli
     for idx in (1..N_BINS).rev() {
         so_far = (so_far.0.or(&bins[idx].0), so_far.1 + bins[idx].1);
         let is_split = so_far.1 > 0 && so_far.1 < items.len() as u32;
-        let area = before[idx] + so_far.0.half_area() * f64::from(so_far.1);
-        let cost = NODE_COST + area / bounds.half_area();
+        let cost = before[idx] + so_far.0.half_area() * f64::from(so_far.1);
         if is_split && best.as_ref().is_none_or(|best| cost < best.cost) {
             best = Some(Split { binning, end_bin: idx, cost });
         }
