@@ -11,6 +11,7 @@ use std::ops::ControlFlow;
 use crate::hierarchy::Pending;
 use crate::numeric::real::Real;
 use crate::object::ShapeKind;
+use crate::plan::Part;
 use crate::ray::{Crossing, Line, Medium, On, Ray, Reach, TIE_ROUNDINGS};
 use crate::scene::{Component, Leaf, Scene};
 use crate::shape::{self, LocalRay};
@@ -102,16 +103,16 @@ impl<R: Real> Scene<R> {
     #[inline(always)]
     pub(crate) fn local_ray(&self, index: u32, ray: &Ray<R>) -> LocalRay<R> {
         let leaf = &self.leaves[index as usize];
-        let dir = leaf.object_from_world.vector(ray.dir);
+        let dir = leaf.local_vector(ray.dir);
+        let origin = || leaf.local_point(ray.origin);
         match &ray.on {
             Some(on) if on.leaf == index => LocalRay::new(on.point, dir, self.faces_on(leaf, on)),
-            Some(on) if on.surface < self.n_shared => LocalRay::new(
-                leaf.object_from_world.point(ray.origin),
-                dir,
-                self.faces_on(leaf, on),
-            ),
-            Some(_) => LocalRay::new(leaf.object_from_world.point(ray.origin), dir, 0),
-            None => LocalRay::new(leaf.eye, dir, leaf.at_eye),
+            Some(on) if on.surface < self.n_shared => {
+                LocalRay::new(origin(), dir, self.faces_on(leaf, on))
+            }
+            Some(_) => LocalRay::new(origin(), dir, 0),
+            None if self.omissions.holds(Part::Eye) => LocalRay::new(leaf.eye, dir, leaf.at_eye),
+            None => LocalRay::new(origin(), dir, leaf.at_eye),
         }
     }
 
@@ -144,7 +145,7 @@ impl<R: Real> Scene<R> {
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         let leaf = &self.leaves[index as usize];
         let ray = reach.ray;
-        if leaf.is_surely_missed::<OUTSIDE>(index, reach) {
+        if self.omissions.holds(Part::Planes) && leaf.is_surely_missed::<OUTSIDE>(index, reach) {
             return ControlFlow::Continue(None);
         }
         let local = self.local_ray(index, ray);
@@ -230,11 +231,13 @@ impl<R: Real> Scene<R> {
         Reach { ray, line: Line::new(ray, self.conditioning, self.extent), t_end }
     }
 
-    /// Whether anything is met before `t_end` (anywhere, if none).
+    /// Whether anything is met before `t_end` (anywhere, if none). The component `blocker` is tried
+    /// first, and becomes the one that was found to be met.
     pub(crate) fn is_blocked(
         &self,
         ray: &Ray<R>,
         t_end: Option<R>,
+        blocker: &mut Option<u32>,
         workspace: &mut Workspace<R>,
     ) -> bool {
         let is_before = |crossing: &Crossing<R>| match t_end {
@@ -249,13 +252,21 @@ impl<R: Real> Scene<R> {
         if let Some(end) = t_end {
             reach.t_end = reach.line.end_of_ties(end);
         }
-        let visited =
-            self.hierarchy.visit(&reach.line, reach.t_end, pending, |index, _| {
-                match self.entry::<true>(index, &reach, tree)? {
-                    Some(crossing) if is_before(&crossing) => ControlFlow::Break(()),
-                    _ => ControlFlow::Continue(()),
-                }
-            });
+        let mut is_blocker = |index| {
+            let crossing = self.entry::<true>(index, &reach, tree);
+            crossing.continue_value().flatten().as_ref().is_some_and(is_before)
+        };
+        if blocker.is_some_and(&mut is_blocker) {
+            return true;
+        }
+        let tried = *blocker;
+        let visited = self.hierarchy.visit(&reach.line, reach.t_end, pending, |index, _| {
+            if tried != Some(index) && is_blocker(index) {
+                *blocker = Some(index);
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        });
         visited.is_break()
     }
 
