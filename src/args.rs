@@ -9,8 +9,10 @@ use crate::values::{self, Definition, Region, Size};
 
 pub(crate) use bench::BenchArgs;
 use bench::{BENCH_ABOUT, BENCH_EXAMPLES};
+pub(crate) use economy::EconomyArgs;
 
 mod bench;
+mod economy;
 
 /// Compile, run, inspect and measure GML scenes.
 ///
@@ -241,6 +243,8 @@ pub(crate) struct RunArgs {
     /// Write /tmp/perf-PID.map, by which the profiler `perf` names machine code
     #[arg(long, help_heading = "Engine")]
     pub(crate) perf_map: bool,
+    #[command(flatten)]
+    pub(crate) economy: EconomyArgs,
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,

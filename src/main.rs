@@ -8,6 +8,7 @@ use crate::report::Reporter;
 
 mod args;
 mod clean;
+mod clock;
 mod console;
 mod crash;
 mod driver;

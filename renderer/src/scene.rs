@@ -186,12 +186,6 @@ impl<R: Real> Scene<R> {
         self
     }
 
-    /// Number of shapes.
-    #[must_use]
-    pub fn n_shapes(&self) -> usize {
-        self.leaves.len()
-    }
-
     /// Kind and surface function of each shape.
     pub fn shapes(&self) -> impl Iterator<Item = (ShapeKind, SurfaceId)> {
         self.leaves.iter().map(|leaf| (leaf.kind, leaf.surface))

@@ -1,12 +1,11 @@
 //! The machine that times are taken on, and the processor time that this process has used.
 
 use std::fs;
-use std::time::Duration;
 
-use rustix::time::{ClockId, clock_gettime};
 use serde::Serialize;
 
 use crate::clean::clean;
+use crate::clock;
 
 /// Facts without which times say little.
 #[derive(Clone, Debug, Serialize)]
@@ -35,16 +34,6 @@ impl Machine {
     }
 }
 
-/// Processor time that this thread has used so far.
-pub(super) fn thread_time() -> Duration {
-    clock(ClockId::ThreadCPUTime)
-}
-
-fn clock(id: ClockId) -> Duration {
-    let time = clock_gettime(id);
-    Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec as u32)
-}
-
 /// Processor time of all threads of this process, in seconds.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct ProcessorTime {
@@ -55,7 +44,7 @@ pub(super) struct ProcessorTime {
 impl ProcessorTime {
     /// What has been used so far.
     pub(super) fn now() -> Self {
-        let total = clock(ClockId::ProcessCPUTime).as_secs_f64();
+        let total = clock::process_time().as_secs_f64();
         ProcessorTime { total, system: system_time().unwrap_or(0.0) }
     }
 

@@ -25,8 +25,9 @@ use vm::value::Closure;
 
 use crate::args::{BenchArgs, LimitArgs, Precision};
 use crate::clean::clean;
+use crate::clock::thread_time;
 use crate::driver::bench::export::{Compared, Details, Entry, SurfaceDetails};
-use crate::driver::bench::machine::{ProcessorTime, thread_time};
+use crate::driver::bench::machine::ProcessorTime;
 use crate::driver::bench::points;
 use crate::driver::bench::rounds::Rounds;
 use crate::driver::bench::statistics::{median, paired_ratio};
