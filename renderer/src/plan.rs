@@ -95,7 +95,7 @@ impl Use {
             used.single += usize::from(matches!(component, Component::Leaf(_)));
         }
         for leaf in &scene.leaves {
-            used.unturned += usize::from(leaf.object_from_world.is_diagonal());
+            used.unturned += usize::from(leaf.is_unturned);
             used.planes += usize::from(leaf.kind == crate::object::ShapeKind::Plane);
         }
         let fades = !illumination.attenuation.is_constant();

@@ -176,12 +176,12 @@ impl<R: Real> Scene<R> {
         self.trees = hierarchies;
     }
 
-    /// The same scene, of which only these parts may be left out; by itself, all may.
+    /// The same scene, of which only these parts may be left out; at first, all may.
     #[must_use]
     pub fn leaving_out(mut self, omissions: Omissions) -> Self {
         self.omissions = omissions;
         for leaf in &mut self.leaves {
-            leaf.is_unturned = omissions.holds(Part::Turns) && leaf.object_from_world.is_diagonal();
+            leaf.is_unturned &= omissions.holds(Part::Turns);
         }
         self
     }
@@ -328,6 +328,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             .leaves
             .last()
             .map_or(0, |leaf| leaf.first_face + shape::forms(leaf.kind).len() as u32);
+        let world_from_object: Affine<R> = placement.world_from_object.rounded();
         let object_from_world: Affine<R> = placement.object_from_world.rounded();
         let eye = placement.object_from_world.rounded::<Ball<Dd>>().point(camera::eye());
         self.scene.leaves.push(Leaf {
@@ -335,7 +336,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             surface,
             node,
             first_face,
-            world_from_object: placement.world_from_object.rounded(),
+            world_from_object,
             object_from_world,
             linear_size: object_from_world.rows.iter().map(row_size).fold(0.0, f64::max),
             shift_size: object_from_world.shift.max_norm().to_f64(),

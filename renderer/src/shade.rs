@@ -156,16 +156,13 @@ struct Place<R> {
     point: Vec3<R>,
     /// Of the terms that it was computed from.
     size: f64,
-    /// Whether all coordinates are computed, needed or not.
-    all: bool,
 }
 
 impl<R: Real> Place<R> {
     /// The texture coordinates, 0 where they are not needed.
     #[inline]
     fn coordinates(&self, needs: Needs) -> [R; 2] {
-        let Place { kind, face, point, size, all } = *self;
-        let needs = if all { Needs::ALL } else { needs };
+        let Place { kind, face, point, size } = *self;
         let u = if needs.u { shape::texture_u(kind, face, point) } else { R::ZERO };
         let v = if needs.v { shape::texture_v(kind, face, point) } else { R::ZERO };
         [u, v].map(|coordinate| shape::settled(coordinate, size))
@@ -287,7 +284,11 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     fn sample(&mut self, surface: SurfaceId, at: &Place<R>) -> Result<Sample<R>, E::Error> {
         self.counts.surface_calls += 1;
         if !R::ASKS_FOR_BOUNDS {
-            let sample = self.surfaces.eval(surface, at)?;
+            let sample = if self.scene.omissions.holds(Part::Coordinates) {
+                self.surfaces.eval(surface, at)?
+            } else {
+                self.eval_at_all_coordinates(surface, at)?
+            };
             self.notice(Doubt::Surface);
             return Ok(Sample::new(&sample));
         }
@@ -297,6 +298,16 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             self.doubt.get_or_insert(Doubt::Surface);
             Sample::black()
         }))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn eval_at_all_coordinates(
+        &mut self,
+        surface: SurfaceId,
+        at: &Place<R>,
+    ) -> Result<SurfaceSample, E::Error> {
+        self.surfaces.eval(surface, &at.locate(Needs::ALL))
     }
 
     fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: &Crossing<R>) -> (Hit<R>, Place<R>) {
@@ -312,8 +323,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let on = On { leaf: crossing.leaf, surface: self.scene.face_surface(leaf, face), point };
         let medium = if crossing.entering { Medium::Outside } else { Medium::Inside };
         let hit = Hit { on, point: leaf.world_from_object.point(point), normal, medium };
-        let all = !self.scene.omissions.holds(Part::Coordinates);
-        (hit, Place { kind: leaf.kind, face, point, size, all })
+        (hit, Place { kind: leaf.kind, face, point, size })
     }
 
     /// The light of ambient light and lamps: diffuse, still without the surface's colour, and

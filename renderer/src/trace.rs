@@ -232,7 +232,7 @@ impl<R: Real> Scene<R> {
     }
 
     /// Whether anything is met before `t_end` (anywhere, if none). The component `blocker` is tried
-    /// first, and becomes the one that was found to be met.
+    /// first, and becomes the one that was found to be met, if any.
     pub(crate) fn is_blocked(
         &self,
         ray: &Ray<R>,
@@ -259,7 +259,7 @@ impl<R: Real> Scene<R> {
         if blocker.is_some_and(&mut is_blocker) {
             return true;
         }
-        let tried = *blocker;
+        let tried = blocker.take();
         let visited = self.hierarchy.visit(&reach.line, reach.t_end, pending, |index, _| {
             if tried != Some(index) && is_blocker(index) {
                 *blocker = Some(index);
