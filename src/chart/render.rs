@@ -7,6 +7,7 @@ use compiler::diagnostic::Diagnostic;
 use rayon::ThreadPool;
 use renderer::camera::{Region, View};
 use renderer::image::{Image, Pixel};
+use renderer::plan::Omissions;
 use vm::host::RenderJob;
 use vm::machine::Limits;
 use vm::surfaces;
@@ -70,6 +71,7 @@ pub(super) fn render(
         threads: setting.threads,
         engine,
         precision,
+        omissions: Omissions::ALL,
         limits: setting.limits,
         perf_map: None,
         clock: thread_time,

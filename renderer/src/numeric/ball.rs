@@ -407,6 +407,11 @@ impl<T: Bounding> Real for Ball<T> {
     }
 
     #[inline(always)]
+    fn is_surely_positive(self) -> bool {
+        self.is_sign_certain() && self.middle.to_f64() > 0.0
+    }
+
+    #[inline(always)]
     fn radius(self) -> f64 {
         self.radius
     }
