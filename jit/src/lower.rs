@@ -4,8 +4,9 @@
 //! and never contracted. Where that has no result (overflow, a root of a negative number, ...) the
 //! code branches to one block that returns [`LEFT`].
 //!
-//! A routine takes how many further calls may be active, the fuel, and its parameters; it returns the
-//! fuel that is left, a negative number if the interpreter must have a look, and its results.
+//! A routine takes how many further calls may be active, the fuel, the signature so far if there is one,
+//! and its parameters; it returns the fuel that is left, a negative number if the interpreter must have
+//! a look, the signature, and its results.
 
 use compiler::op::Operator;
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
@@ -14,15 +15,18 @@ use cranelift_codegen::ir::{
 };
 use cranelift_codegen::isa::{CallConv, TargetFrontendConfig};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
+use renderer::signature::Signature as Decisions;
 
 use crate::abi::{DONE, LEFT};
 use crate::runtime;
 use crate::sir::{
     Block, Body, FACE, Inst, N_ARGUMENTS, Relation, Routine, Shader, Site, Term, Type, U, V, Val,
+    Version,
 };
 
 /// The signature of [`SurfaceFn`](crate::abi::SurfaceFn), or of
-/// [`BoundedFn`](crate::abi::BoundedFn) if the shader is a bounded one.
+/// [`BoundedFn`](crate::abi::BoundedFn) or [`SignedFn`](crate::abi::SignedFn) if the shader is of that
+/// version.
 pub(crate) fn signature(shader: &Shader, call_conv: CallConv, pointer: ir::Type) -> Signature {
     let mut signature = Signature::new(call_conv);
     let radii = shader.radii().map(|_| types::F64);
@@ -34,13 +38,16 @@ pub(crate) fn signature(shader: &Shader, call_conv: CallConv, pointer: ir::Type)
 }
 
 /// The signature of a routine. The convention is one that returns any number of values.
-pub(crate) fn routine_signature(routine: &Routine) -> Signature {
+pub(crate) fn routine_signature(routine: &Routine, version: Version) -> Signature {
     let body = &routine.body;
     let mut signature = Signature::new(CallConv::Tail);
     let params = body.types[..body.n_params].iter().map(|ty| clif_type(*ty));
-    signature.params.extend([types::I64, types::I64].into_iter().chain(params).map(AbiParam::new));
+    let decisions = (version == Version::Signed).then_some(types::I64);
+    let first = [types::I64, types::I64].into_iter().chain(decisions);
+    signature.params.extend(first.chain(params).map(AbiParam::new));
     let results = routine.results.iter().map(|ty| clif_type(*ty));
-    signature.returns.extend([types::I64].into_iter().chain(results).map(AbiParam::new));
+    let first = [types::I64].into_iter().chain(decisions);
+    signature.returns.extend(first.chain(results).map(AbiParam::new));
     signature
 }
 
@@ -83,6 +90,7 @@ pub(crate) fn lower(
         blocks,
         leave,
         fuel: None,
+        decisions: None,
         max_calls: None,
         out: None,
         pointer: around.config.pointer_type(),
@@ -112,6 +120,8 @@ struct Lowering<'s, 'f> {
     leave: ir::Block,
     /// What is left of the fuel, if there are loops or calls.
     fuel: Option<Variable>,
+    /// The signature of the decisions so far, if the shader is signed.
+    decisions: Option<Variable>,
     /// How many further calls of routines may be active, if there are calls.
     max_calls: Option<ir::Value>,
     out: Option<ir::Value>,
@@ -176,6 +186,10 @@ impl Lowering<'_, '_> {
             self.values[val.0 as usize] = Some(value);
         }
         self.out = Some(out);
+        if self.around.shader.version == Version::Signed {
+            let none = self.builder.ins().iconst(types::I64, Decisions::NONE.0 as i64);
+            self.declare_decisions(none);
+        }
         for index in 0..self.around.shader.n_uniforms {
             let val = Val(N_ARGUMENTS + index);
             if self.is_live(val) {
@@ -197,12 +211,14 @@ impl Lowering<'_, '_> {
     }
 
     fn enter_routine(&mut self, entry: ir::Block) {
-        let [max_calls, fuel, params @ ..] = self.builder.block_params(entry) else {
-            unreachable!("the signature has two parameters more")
-        };
-        let (max_calls, fuel) = (*max_calls, *fuel);
+        let params = self.builder.block_params(entry).to_vec();
+        let (first, params) = params.split_at(params.len() - self.body.n_params);
+        let (max_calls, fuel) = (first[0], first[1]);
         for (value, &param) in self.values.iter_mut().zip(params) {
             *value = Some(param);
+        }
+        if let Some(&decisions) = first.get(2) {
+            self.declare_decisions(decisions);
         }
         let rest = self.builder.ins().iadd_imm_s(max_calls, -1);
         let is_out = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
@@ -218,6 +234,17 @@ impl Lowering<'_, '_> {
         self.fuel = Some(variable);
     }
 
+    fn declare_decisions(&mut self, decisions: ir::Value) {
+        let variable = self.builder.declare_var(types::I64);
+        self.builder.def_var(variable, decisions);
+        self.decisions = Some(variable);
+    }
+
+    /// The signature of the decisions so far, if it is kept.
+    fn decisions(&mut self) -> Option<ir::Value> {
+        self.decisions.map(|variable| self.builder.use_var(variable))
+    }
+
     /// The block that is jumped to when the interpreter must have a look.
     fn leave(&mut self) {
         self.builder.switch_to_block(self.leave);
@@ -228,6 +255,9 @@ impl Lowering<'_, '_> {
             return;
         };
         let mut results = vec![self.builder.ins().iconst(types::I64, -1)];
+        if self.decisions.is_some() {
+            results.push(self.builder.ins().iconst(types::I64, 0));
+        }
         results.extend(routine.results.iter().map(|ty| match ty {
             Type::Real => self.builder.ins().f64const(0.0),
             Type::Int => self.builder.ins().iconst(types::I64, 0),
@@ -325,12 +355,14 @@ impl Lowering<'_, '_> {
         if self.routine.is_some() {
             let fuel = self.fuel.expect("declared for routines");
             let mut results = vec![self.builder.use_var(fuel)];
+            results.extend(self.decisions());
             results.extend(values);
             self.builder.ins().return_(&results);
             return;
         }
         let out = self.out.expect("set at the entry");
-        for (index, value) in values.into_iter().enumerate() {
+        let decisions = self.decisions();
+        for (index, value) in values.into_iter().chain(decisions).enumerate() {
             self.builder.ins().store(MemFlagsData::trusted(), value, out, index as i32 * 8);
         }
         let done = self.builder.ins().iconst(types::I32, i64::from(DONE));
@@ -341,11 +373,18 @@ impl Lowering<'_, '_> {
         let fuel = self.fuel.expect("declared when there are calls");
         let max_calls = self.max_calls.expect("set when there are calls");
         let mut values = vec![max_calls, self.builder.use_var(fuel)];
+        values.extend(self.decisions());
         values.extend(args.iter().map(|val| self.value(*val)));
         let call = self.builder.ins().call(self.around.routines[routine as usize], &values);
         let returned = self.builder.inst_results(call).to_vec();
-        let (&rest, results) = returned.split_first().expect("the fuel is returned first");
+        let (&rest, mut results) = returned.split_first().expect("the fuel is returned first");
         self.builder.def_var(fuel, rest);
+        if let (Some(variable), Some((&decisions, others))) =
+            (self.decisions, results.split_first())
+        {
+            self.builder.def_var(variable, decisions);
+            results = others;
+        }
         let has_left = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
         self.leave_if(has_left);
         let params = &self.body.blocks[next.0 as usize].params;
@@ -409,7 +448,27 @@ impl Lowering<'_, '_> {
                 self.leave_if(is_otherwise);
                 a
             }
+            Inst::Decided(val) => self.decided(val),
         }
+    }
+
+    /// Takes a decision into account, as [`Decisions::with`] does.
+    fn decided(&mut self, val: Val) -> ir::Value {
+        let value = self.value(val);
+        let decision = match self.body.type_of(val) {
+            Type::Int => value,
+            Type::Bool => self.builder.ins().uextend(types::I64, value),
+            // Toward 0, and as `as` does where that is no integer.
+            Type::Real => self.builder.ins().fcvt_to_sint_sat(types::I64, value),
+        };
+        let variable = self.decisions.expect("only signed shaders have decisions");
+        let so_far = self.builder.use_var(variable);
+        let turned = self.builder.ins().rotl_imm_u(so_far, i64::from(Decisions::TURN));
+        let mixed = self.builder.ins().bxor(turned, decision);
+        let factor = self.builder.ins().iconst(types::I64, Decisions::FACTOR as i64);
+        let with = self.builder.ins().imul(mixed, factor);
+        self.builder.def_var(variable, with);
+        value
     }
 
     fn entry_of_table(&mut self, table: u32, index: Val) -> ir::Value {

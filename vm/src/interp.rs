@@ -8,6 +8,7 @@ use compiler::op::{Operator, Type};
 use compiler::scalar::{self, Fault, Operands};
 use compiler::{for_each_scalar, scalar_operand, scalar_result};
 
+use crate::decision::decision;
 use crate::display;
 use crate::error::Problem;
 use crate::host::Host;
@@ -86,7 +87,11 @@ fn mismatch(op: Operator, operands: &[Word]) -> Problem {
 impl Machine<'_> {
     /// Runs `self.closure` until it returns. When something goes wrong, it is the closure that was
     /// running then, and `frames` and `stopped_at` tell the rest.
-    pub(crate) fn execute(&mut self, mut host: Option<&mut dyn Host>) -> Result<(), Box<Problem>> {
+    /// If it is to be SIGNED, its decisions are added to the signature.
+    pub(crate) fn execute<const SIGNED: bool>(
+        &mut self,
+        mut host: Option<&mut dyn Host>,
+    ) -> Result<(), Box<Problem>> {
         let program = self.program;
         let functions = &program.functions[..];
         let mut base = 0;
@@ -183,6 +188,9 @@ impl Machine<'_> {
                 unreachable!("functions end with a return or call")
             };
             rest = behind;
+            if SIGNED && let Some(decision) = decision(step, &frame, accumulator) {
+                self.signature = self.signature.with(decision);
+            }
 
             macro_rules! register {
                 (imm) => {
@@ -233,8 +241,14 @@ impl Machine<'_> {
             macro_rules! jump_unless {
                 ($result:expr) => {
                     match $result {
-                        Ok(true) => {}
-                        Ok(false) => skip!(step.imm as usize),
+                        Ok(holds) => {
+                            if SIGNED {
+                                self.signature = self.signature.with(u64::from(holds));
+                            }
+                            if !holds {
+                                skip!(step.imm as usize);
+                            }
+                        }
                         Err(fault) => trap_scalar!(Some(fault)),
                     }
                 };

@@ -7,6 +7,7 @@
 
 pub mod display;
 pub mod error;
+mod decision;
 mod exchange;
 mod heap;
 pub mod host;
