@@ -9,8 +9,10 @@ use crate::values::{self, Definition, Region, Size};
 
 pub(crate) use bench::BenchArgs;
 use bench::{BENCH_ABOUT, BENCH_EXAMPLES};
+use sampling::SamplingArgs;
 
 mod bench;
+pub(crate) mod sampling;
 
 /// Compile, run, inspect and measure GML scenes.
 ///
@@ -166,6 +168,8 @@ pub(crate) struct PictureArgs {
     /// said, and is in the statistics.
     #[arg(long, conflicts_with = "precision")]
     certify: bool,
+    #[command(flatten)]
+    pub(crate) sampling: SamplingArgs,
 }
 
 impl PictureArgs {
@@ -476,7 +480,9 @@ pub(crate) struct ExplainArgs {
 
 /// Reads the command line; on an error says so and ends the process, with exit code 2.
 pub(crate) fn parse() -> Args {
-    Args::parse_from(with_command(std::env::args_os().collect()))
+    let args = Args::parse_from(with_command(std::env::args_os().collect()));
+    sampling::refuse_contradictions(&args.command);
+    args
 }
 
 /// Puts `run` in front of a scene that stands where the command would.

@@ -9,6 +9,7 @@ use renderer::certify::{CertainScene, Certainty};
 use renderer::image::{Image, Pixel};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
+use renderer::sampling::Sampling;
 use renderer::scene::Scene;
 use renderer::shade::RayCounts;
 use renderer::surface::SurfaceEval;
@@ -57,6 +58,8 @@ pub(crate) struct Settings<'s> {
     pub(crate) engine: Engine,
     /// The numbers of the rays.
     pub(crate) precision: Precision,
+    /// Which points make a pixel; certified ones are seen at their centres.
+    pub(crate) sampling: Sampling,
     /// Linear light in place of bytes.
     pub(crate) is_linear: bool,
     /// What each call of a surface function may use up.
@@ -92,6 +95,7 @@ trait Traceable: Send + Sync + Sized {
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
         &self,
         plan: &Plan,
+        sampling: Sampling,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure>;
@@ -115,10 +119,12 @@ impl<R: Real> Traceable for Scene<R> {
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
         &self,
         Plan { view, illumination }: &Plan,
+        sampling: Sampling,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure> {
-        let (image, rays) = renderer::render(self, illumination, view, worker, progress)?;
+        let (image, rays) =
+            renderer::sampling::sample(self, illumination, view, sampling, worker, progress)?;
         Ok(Rendered { image, certainties: None, rays })
     }
 }
@@ -138,6 +144,7 @@ impl Traceable for CertainScene {
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel + PartialEq>(
         &self,
         Plan { view, illumination }: &Plan,
+        _: Sampling,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure> {
@@ -199,10 +206,11 @@ fn trace<E: SurfaceEval<Error = Box<Error>> + Send>(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Picture, Option<Vec<Certainty>>, RayCounts), TraceFailure> {
     settings.threads.install(|| {
+        let sampling = settings.sampling;
         if settings.is_linear {
-            return Ok(picture(scene.render(plan, worker, progress)?, Pixels::Linear));
+            return Ok(picture(scene.render(plan, sampling, worker, progress)?, Pixels::Linear));
         }
-        Ok(picture(scene.render(plan, worker, progress)?, Pixels::Bytes))
+        Ok(picture(scene.render(plan, sampling, worker, progress)?, Pixels::Bytes))
     })
 }
 

@@ -179,6 +179,7 @@ impl<'a> Renders<'a> {
             threads: self.threads,
             engine: self.args.engine,
             precision: self.args.picture.precision(),
+            sampling: self.args.picture.sampling.sampling(),
             is_linear: format == ImageFormat::Pfm,
             limits: self.args.limits.machine(),
             perf_map: self.perf_map.as_ref(),

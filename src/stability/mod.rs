@@ -10,6 +10,7 @@ use compiler::preprocess::Includes;
 use compiler::source::SourceMap;
 use rayon::ThreadPool;
 use renderer::camera::View;
+use renderer::sampling::Sampling;
 use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
@@ -142,6 +143,7 @@ fn render(job: &RenderJob<'_>, method: Method, threads: &ThreadPool) -> Image {
         threads,
         engine: method.engine,
         precision: method.precision,
+        sampling: Sampling::Centre,
         is_linear: false,
         limits: LIMITS,
         perf_map: None,
