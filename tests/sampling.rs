@@ -183,6 +183,25 @@ fn uniform_pixels_take_no_more_than_their_corners() {
     }
 }
 
+/// The corners of a row that is very wide are not all kept.
+#[test]
+fn wide_images_take_little_memory_and_some_corners_twice() {
+    let view = View::whole((1 << 16) + 5, 2, 60.0);
+    let by = |at: SurfacePoint| (at.u * 1000.0).floor() / 1000.0;
+    let (image, counts) = render::<[u8; 3]>(&wall(), &view, Sampling::Adaptive(1), Vec::new(), by);
+    let narrow = Region { x: 65_500, y: 0, width: 41, height: 2 };
+    let view = View { region: narrow, ..view };
+    let (part, _) = render::<[u8; 3]>(&wall(), &view, Sampling::Adaptive(1), Vec::new(), by);
+    for row in [0, 65_541] {
+        assert_eq!(image.pixels[row + 65_500..][..41], part.pixels[row + 65_500..][..41]);
+        assert_eq!(part.pixels[row + 65_499], [0; 3]);
+    }
+    let n_corners = 3 * 65_542;
+    let n_within = counts.primary - n_corners;
+    // Less than a thousand pixels have an edge of a stripe between their corners.
+    assert!(n_within > 0 && n_within < 5 * 2 * 1000, "{n_within}");
+}
+
 /// Where all samples look different, a pixel is cut as far as it may be: the mean is that of the small
 /// squares, each of which is that of its corners.
 #[test]

@@ -50,6 +50,10 @@ type Color = [f64; 3];
 /// corners of the first, which are shared with nobody, are an eighth more.
 const ROWS_OF_BAND: u32 = 8;
 
+/// So many corners of a row are kept at most, which takes 5 MiB for each thread. In wider images some
+/// corners are sampled twice.
+const MAX_CORNERS: usize = 1 << 16;
+
 /// Renders an image as [`render`] does, from other samples than those at the centres.
 ///
 /// # Errors
@@ -143,8 +147,9 @@ struct Dividing<'s, R, E> {
     first_row: u32,
     /// The row of the pixel sampled last.
     row: Option<u32>,
-    /// The corners of pixels that are known, above that row and below it.
-    corners: [Vec<Option<Sample>>; 2],
+    /// The corners of pixels that are known, above that row and below it, with their columns: each is
+    /// kept at its column modulo the length.
+    corners: [Vec<Option<(u32, Sample)>>; 2],
     /// The points of a pixel that are known, row by row.
     points: Vec<Option<Sample>>,
 }
@@ -162,7 +167,7 @@ struct Square {
 
 impl<'s, R: Real, E: SurfaceEval> Dividing<'s, R, E> {
     fn new(shader: Shader<'s, R, E>, view: &View, size: u32) -> Self {
-        let n_corners = view.width as usize + 1;
+        let n_corners = (view.width as usize + 1).min(MAX_CORNERS);
         let n_points = (size as usize + 1) * (size as usize + 1);
         Dividing {
             shader,
@@ -209,13 +214,15 @@ impl<'s, R: Real, E: SurfaceEval> Dividing<'s, R, E> {
 
     /// A corner of pixels, above the current row (0) or below it (1).
     fn corner<P: Pixel>(&mut self, column: u32, row: u32, below: u32) -> Result<Sample, E::Error> {
-        let known = self.corners[below as usize][column as usize];
-        if let Some(corner) = known {
-            return Ok(corner);
+        let place = column as usize % self.corners[0].len();
+        match self.corners[below as usize][place] {
+            Some((known, corner)) if known == column => Ok(corner),
+            _ => {
+                let corner = self.point::<P>([column, row + below], [0, 0])?;
+                self.corners[below as usize][place] = Some((column, corner));
+                Ok(corner)
+            }
         }
-        let corner = self.point::<P>([column, row + below], [0, 0])?;
-        self.corners[below as usize][column as usize] = Some(corner);
-        Ok(corner)
     }
 
     /// The mean over a square with these corners: upper left, upper right, lower left, lower right.
