@@ -331,7 +331,9 @@ fn engines_agree_on_where_samples_look_different() {
         let Ok(text) = std::fs::read_to_string(&path) else { continue };
         let images = |engine, sampling| {
             let way = Way { engine, sampling, reduction: 8 };
-            render_in(way, &path, &text).unwrap_or_else(|error| panic!("{}: {error}", path.display())).0
+            render_in(way, &path, &text)
+                .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+                .0
         };
         for sampling in [Sampling::Grid(2), Sampling::Adaptive(2)] {
             let interpreted = images(Engine::Interpreter, sampling);

@@ -391,7 +391,6 @@ impl Native<SignedFn> {
 }
 
 impl Native {
-
     pub(crate) fn n_uniforms(&self) -> u32 {
         self.uniforms.len() as u32
     }

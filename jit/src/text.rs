@@ -189,7 +189,8 @@ mod tests {
             panic!("it fails")
         };
         let [Value::Closure(closure)] = &stack[..] else { panic!("no function") };
-        specialize(&program.bytecode, &outline(closure, false), Version::Plain).expect("it can be compiled")
+        specialize(&program.bytecode, &outline(closure, false), Version::Plain)
+            .expect("it can be compiled")
     }
 
     fn text(shader: &Shader) -> Text {

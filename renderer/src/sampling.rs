@@ -72,7 +72,8 @@ pub fn sample<R: Real, E: SurfaceEval + Send, P: Pixel>(
         Sampling::Grid(n) => {
             let n = n.clamp(1, Sampling::MAX_GRID);
             let grid = view.grid(n);
-            let cells = |shader: &mut _, column, row| cells::<_, _, P>(shader, &grid, n, [column, row]);
+            let cells =
+                |shader: &mut _, column, row| cells::<_, _, P>(shader, &grid, n, [column, row]);
             let (pixels, shaders) = pixels(view, 1, shader, progress, cells)?;
             (pixels, shaders.iter().map(|shader| shader.counts).sum())
         }
@@ -298,7 +299,5 @@ fn are_alike(corners: &[Sample; 4]) -> bool {
 /// The mean of four colours in two rows, which is the same to the last bit if the rows or their ends
 /// change places.
 fn mean([a, b, c, d]: [Color; 4]) -> Color {
-    std::array::from_fn(|channel| {
-        0.25 * ((a[channel] + b[channel]) + (c[channel] + d[channel]))
-    })
+    std::array::from_fn(|channel| 0.25 * ((a[channel] + b[channel]) + (c[channel] + d[channel])))
 }

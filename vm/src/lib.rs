@@ -5,9 +5,9 @@
 //! and no native code.
 #![forbid(unsafe_code)]
 
+mod decision;
 pub mod display;
 pub mod error;
-mod decision;
 mod exchange;
 mod heap;
 pub mod host;
