@@ -154,7 +154,7 @@ mod tests {
     use super::*;
     use crate::code::{Code, isa};
     use crate::outline::outline;
-    use crate::sir::Shader;
+    use crate::sir::{Shader, Version};
     use crate::specialize::specialize;
 
     /// A loop, conditions, a choice among functions, a table, calls and uniforms.

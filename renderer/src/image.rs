@@ -18,8 +18,7 @@ impl Pixel for [u8; 3] {
 
     #[inline]
     fn shown(color: [f64; 3]) -> [f64; 3] {
-        // Written so that NaN is black.
-        color.map(|c| c.max(0.0).min(1.0))
+        color.map(|c| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) })
     }
 }
 

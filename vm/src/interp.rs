@@ -172,6 +172,14 @@ impl Machine<'_> {
                 }
             };
         }
+        // Adds a decision to the signature, if that is asked for.
+        macro_rules! sign {
+            ($decision:expr) => {
+                if SIGNED {
+                    self.signature = self.signature.with($decision);
+                }
+            };
+        }
         // The closure in a register, to be called.
         macro_rules! callee {
             ($register:expr) => {{
@@ -189,7 +197,7 @@ impl Machine<'_> {
             };
             rest = behind;
             if SIGNED && let Some(decision) = decision(step, &frame, accumulator) {
-                self.signature = self.signature.with(decision);
+                sign!(decision);
             }
 
             macro_rules! register {
@@ -241,13 +249,10 @@ impl Machine<'_> {
             macro_rules! jump_unless {
                 ($result:expr) => {
                     match $result {
-                        Ok(holds) => {
-                            if SIGNED {
-                                self.signature = self.signature.with(u64::from(holds));
-                            }
-                            if !holds {
-                                skip!(step.imm as usize);
-                            }
+                        Ok(true) => sign!(1),
+                        Ok(false) => {
+                            sign!(0);
+                            skip!(step.imm as usize)
                         }
                         Err(fault) => trap_scalar!(Some(fault)),
                     }
