@@ -86,8 +86,8 @@ fn mismatch(op: Operator, operands: &[Word]) -> Problem {
 
 impl Machine<'_> {
     /// Runs `self.closure` until it returns. When something goes wrong, it is the closure that was
-    /// running then, and `frames` and `stopped_at` tell the rest.
-    /// If it is to be SIGNED, its decisions are added to the signature.
+    /// running then, and `frames` and `stopped_at` tell the rest. Its decisions are added to the
+    /// signature if it is to be SIGNED.
     pub(crate) fn execute<const SIGNED: bool>(
         &mut self,
         mut host: Option<&mut dyn Host>,
