@@ -301,3 +301,36 @@ fn are_alike(corners: &[Sample; 4]) -> bool {
 fn mean([a, b, c, d]: [Color; 4]) -> Color {
     std::array::from_fn(|channel| 0.25 * ((a[channel] + b[channel]) + (c[channel] + d[channel])))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of sizes so different that the order of sums matters.
+    const NUMBERS: [f64; 10] = [0.1, 1.0, 1e-17, 0.7, 3e-9, 0.3, 1e-16, 0.9, 5e-13, 0.2];
+
+    #[test]
+    fn means_do_not_depend_on_what_is_left_or_above() {
+        for numbers in NUMBERS.windows(4) {
+            let of = |order: [usize; 4]| mean(order.map(|index| [numbers[index]; 3]));
+            let one = of([0, 1, 2, 3]);
+            assert_eq!(of([1, 0, 3, 2]), one, "from side to side");
+            assert_eq!(of([2, 3, 0, 1]), one, "upside down");
+        }
+    }
+
+    #[test]
+    fn sums_are_the_same_from_either_end() {
+        for n in 1..=NUMBERS.len() {
+            let mut colors: Vec<[Dd; 3]> =
+                NUMBERS[..n].iter().map(|&x| [Dd::from(x) / Dd::from(3.0); 3]).collect();
+            let sum = folded_sum(&colors);
+            colors.reverse();
+            assert_eq!(folded_sum(&colors), sum);
+            let plain: f64 = NUMBERS[..n].iter().sum();
+            // The plain sum rounds at each step, by half a unit of at most the sum.
+            let tolerance = n as f64 * f64::EPSILON * plain;
+            assert!((3.0 * sum[0].to_f64() - plain).abs() <= tolerance);
+        }
+    }
+}
