@@ -14,6 +14,7 @@ use chart::{CHART_ABOUT, CHART_EXAMPLES};
 use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use economy::EconomyArgs;
+use sampling::SamplingArgs;
 use stability::STABILITY_ABOUT;
 pub(crate) use stability::StabilityArgs;
 
@@ -21,6 +22,7 @@ mod bench;
 mod chart;
 mod disasm;
 mod economy;
+pub(crate) mod sampling;
 mod stability;
 
 /// Compile, run, inspect and measure GML scenes.
@@ -254,6 +256,8 @@ pub(crate) struct RunArgs {
     #[arg(long, conflicts_with = "precision", help_heading = "Picture")]
     pub(crate) certify: bool,
     #[command(flatten)]
+    pub(crate) sampling: SamplingArgs,
+    #[command(flatten)]
     pub(crate) limits: LimitArgs,
 }
 
@@ -421,7 +425,9 @@ pub(crate) struct ExplainArgs {
 
 /// Reads the command line; on an error says so and ends the process, with exit code 2.
 pub(crate) fn parse() -> Args {
-    Args::parse_from(with_command(std::env::args_os().collect()))
+    let args = Args::parse_from(with_command(std::env::args_os().collect()));
+    sampling::refuse_contradictions(&args.command);
+    args
 }
 
 /// Puts `run` in front of a scene that stands where the command would.

@@ -10,6 +10,7 @@ use renderer::image::{Image, Pixel};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
 use renderer::plan::{Omissions, Use};
+use renderer::sampling::Sampling;
 use renderer::scene::Scene;
 use renderer::shade::RayCounts;
 use renderer::surface::SurfaceEval;
@@ -60,6 +61,8 @@ pub(crate) struct Settings<'s> {
     pub(crate) precision: Precision,
     /// What may be left out of the model.
     pub(crate) omissions: Omissions,
+    /// Which points make a pixel; certified ones are seen at their centres.
+    pub(crate) sampling: Sampling,
     /// What each call of a surface function may use up.
     pub(crate) limits: Limits,
     /// Who is told of machine code.
@@ -115,6 +118,7 @@ trait Traceable: Send + Sync + Sized {
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
         &self,
         plan: &Plan,
+        sampling: Sampling,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure>;
@@ -136,10 +140,12 @@ impl<R: Real> Traceable for Scene<R> {
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
         &self,
         Plan { view, illumination }: &Plan,
+        sampling: Sampling,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure> {
-        let (image, rays) = renderer::render(self, illumination, view, worker, progress)?;
+        let (image, rays) =
+            renderer::sampling::sample(self, illumination, view, sampling, worker, progress)?;
         Ok((image, None, rays))
     }
 }
@@ -159,6 +165,7 @@ impl Traceable for CertainScene {
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
         &self,
         Plan { view, illumination }: &Plan,
+        _: Sampling,
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure> {
@@ -191,10 +198,10 @@ fn trace_with<T: Traceable, P: Pixel>(
     let times = || shaders.as_ref().map_or(Duration::ZERO, |shaders| shaders.times().total());
     let times_before = times();
     let (picture, certainties, rays) = settings.threads.install(|| match &shaders {
-        Some(shaders) => scene.render(plan, || shaders.worker(), progress),
+        Some(shaders) => scene.render(plan, settings.sampling, || shaders.worker(), progress),
         None => {
             let worker = || InterpSurfaces::new(job.program, &surfaces, limits);
-            scene.render(plan, worker, progress)
+            scene.render(plan, settings.sampling, worker, progress)
         }
     })?;
     let trace_time = now() - made;

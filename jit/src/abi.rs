@@ -20,6 +20,15 @@ pub(crate) struct BoundedOut {
     pub(crate) errors: [f64; 6],
 }
 
+/// Where a signed shader leaves its results.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub(crate) struct SignedOut {
+    pub(crate) sample: SurfaceOut,
+    /// The signature of its decisions.
+    pub(crate) decisions: u64,
+}
+
 /// A shader returns this when it has written its results.
 pub(crate) const DONE: i32 = 0;
 /// A shader returns this when the interpreter must do the call: nothing has been written.
@@ -47,6 +56,16 @@ pub(crate) type BoundedFn = unsafe extern "C" fn(
     out: *mut BoundedOut,
 ) -> i32;
 
+/// Native code of a signed shader: as [`SurfaceFn`] but for the results.
+pub(crate) type SignedFn = unsafe extern "C" fn(
+    uniforms: *const u64,
+    face: i64,
+    u: f64,
+    v: f64,
+    fuel: i64,
+    out: *mut SignedOut,
+) -> i32;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -63,5 +82,6 @@ mod tests {
         ];
         assert_eq!(offsets, [0, 24, 32, 40]);
         assert_eq!((size_of::<BoundedOut>(), offset_of!(BoundedOut, errors)), (96, 48));
+        assert_eq!((size_of::<SignedOut>(), offset_of!(SignedOut, decisions)), (56, 48));
     }
 }

@@ -15,12 +15,13 @@ use cranelift_frontend::FunctionBuilderContext;
 use cranelift_jit::{JITBuilder, JITModule};
 use cranelift_module::{FuncId, Module, default_libcall_names};
 use glam::DVec3;
+use renderer::signature::Signature as Decisions;
 use renderer::surface::{Bounded, BoundedSample, SurfaceSample};
 use vm::surfaces;
 
-use crate::abi::{BoundedFn, BoundedOut, DONE, SurfaceFn, SurfaceOut};
+use crate::abi::{BoundedFn, BoundedOut, DONE, SignedFn, SignedOut, SurfaceFn, SurfaceOut};
 use crate::lower::{self, Surroundings};
-use crate::sir::Shader;
+use crate::sir::{Shader, Version};
 use crate::text::{self, Names, Text};
 
 /// What calls of routines may take of the native stack. Threads have 2 MiB, unless told otherwise.
@@ -131,11 +132,11 @@ impl Code {
         isa: &OwnedTargetIsa,
         text: Option<&mut Text>,
     ) -> Result<Self, String> {
-        assert!(!shader.is_bounded, "a plain shader");
+        assert_eq!(shader.version, Version::Plain);
         Code::make(shader, max_calls, isa, text, |address| {
             // SAFETY: the address is that of the function just defined, to which `lower` gives the
-            // signature of `SurfaceFn`, as the shader is not bounded; it stays valid while the memory
-            // lives, which the `Code` owns.
+            // signature of `SurfaceFn`, as the shader is plain; it stays valid while the memory lives,
+            // which the `Code` owns.
             unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) }
         })
     }
@@ -193,7 +194,7 @@ impl Code<BoundedFn> {
         max_calls: u64,
         isa: &OwnedTargetIsa,
     ) -> Result<Self, String> {
-        assert!(shader.is_bounded, "a bounded shader");
+        assert_eq!(shader.version, Version::Bounded);
         Code::make(shader, max_calls, isa, None, |address| {
             // SAFETY: the address is that of the function just defined, to which `lower` gives the
             // signature of `BoundedFn`, as the shader is bounded; it stays valid while the memory
@@ -226,6 +227,52 @@ impl Code<BoundedFn> {
     }
 }
 
+impl Code<SignedFn> {
+    /// Compiles a signed shader, at most `max_calls` calls of whose routines may be active at once.
+    ///
+    /// # Errors
+    /// Cranelift's words for what it cannot do.
+    pub(crate) fn compile_signed(
+        shader: &Shader,
+        max_calls: u64,
+        isa: &OwnedTargetIsa,
+    ) -> Result<Self, String> {
+        assert_eq!(shader.version, Version::Signed);
+        Code::make(shader, max_calls, isa, None, |address| {
+            // SAFETY: the address is that of the function just defined, to which `lower` gives the
+            // signature of `SignedFn`, as the shader is signed; it stays valid while the memory lives,
+            // which the `Code` owns.
+            unsafe { std::mem::transmute::<*const u8, SignedFn>(address) }
+        })
+    }
+
+    /// Calls the signed shader; none if it has left. `uniforms` are as many as it was compiled for.
+    #[inline]
+    fn call(
+        &self,
+        uniforms: &[u64],
+        face: u8,
+        u: f64,
+        v: f64,
+        fuel: i64,
+    ) -> Option<(SurfaceSample, Decisions)> {
+        let mut out = MaybeUninit::<SignedOut>::uninit();
+        // SAFETY: as for plain shaders: `entry` is finalized code of this signature in memory that
+        // `self` owns. It reads uniforms within the number that it was compiled for, which `Native`
+        // passes, and tables that `self` owns, at checked indices; it writes nothing but `out`, does
+        // not unwind, and takes no more of the stack than `STACK_BYTES`.
+        let status = unsafe {
+            (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, out.as_mut_ptr())
+        };
+        if status != DONE {
+            return None;
+        }
+        // SAFETY: code that returns `DONE` has written all results.
+        let out = unsafe { out.assume_init_ref() };
+        Some((sample(&out.sample), Decisions(out.decisions)))
+    }
+}
+
 /// The making of a shader's code.
 struct Making<'m> {
     module: &'m mut JITModule,
@@ -243,7 +290,10 @@ impl Making<'_> {
     /// main body's first.
     fn make(&mut self, max_calls: u64) -> Result<Vec<(FuncId, usize)>, String> {
         let routines = &self.shader.routines;
-        let signatures: Vec<Signature> = routines.iter().map(lower::routine_signature).collect();
+        let signatures: Vec<Signature> = routines
+            .iter()
+            .map(|routine| lower::routine_signature(routine, self.shader.version))
+            .collect();
         let ids = signatures
             .iter()
             .map(|signature| self.declare(signature))
@@ -318,19 +368,29 @@ fn words(error: impl std::fmt::Display) -> String {
 
 /// A shader with the uniforms of one closure.
 #[derive(Clone)]
-pub(crate) struct Native {
-    pub(crate) code: Arc<Code>,
+pub(crate) struct Native<F = SurfaceFn> {
+    pub(crate) code: Arc<Code<F>>,
     uniforms: Box<[u64]>,
     /// What a call may use up in loops and routines.
     fuel: i64,
 }
 
-impl Native {
-    pub(crate) fn new(code: Arc<Code>, uniforms: Vec<u64>, fuel: i64) -> Self {
+impl<F> Native<F> {
+    pub(crate) fn new(code: Arc<Code<F>>, uniforms: Vec<u64>, fuel: i64) -> Self {
         assert_eq!(uniforms.len(), code.n_uniforms as usize, "a shader and its uniforms fit");
         Native { code, uniforms: uniforms.into_boxed_slice(), fuel }
     }
+}
 
+impl Native<SignedFn> {
+    /// Calls the signed shader; none if it has left.
+    #[inline]
+    pub(crate) fn call(&self, face: u8, u: f64, v: f64) -> Option<(SurfaceSample, Decisions)> {
+        self.code.call(&self.uniforms, face, u, v, self.fuel)
+    }
+}
+
+impl Native {
     pub(crate) fn n_uniforms(&self) -> u32 {
         self.uniforms.len() as u32
     }

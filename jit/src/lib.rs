@@ -22,6 +22,7 @@ mod lower;
 mod outline;
 mod runtime;
 pub mod shaders;
+mod signed;
 mod simplify;
 mod sir;
 mod specialize;

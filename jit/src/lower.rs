@@ -4,25 +4,29 @@
 //! and never contracted. Where that has no result (overflow, a root of a negative number, ...) the
 //! code branches to one block that returns [`LEFT`].
 //!
-//! A routine takes how many further calls may be active, the fuel, and its parameters; it returns the
-//! fuel that is left, a negative number if the interpreter must have a look, and its results.
+//! A routine takes how many further calls may be active, the fuel, the signature so far if there is one,
+//! and its parameters; it returns the fuel that is left, a negative number if the interpreter must have
+//! a look, the signature, and its results.
 
-use compiler::op::Operator;
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
 use cranelift_codegen::ir::{
     self, AbiParam, BlockArg, InstBuilder, JumpTableData, MemFlagsData, Signature, SourceLoc, types,
 };
 use cranelift_codegen::isa::{CallConv, TargetFrontendConfig};
 use cranelift_frontend::{FunctionBuilder, FunctionBuilderContext, Variable};
+use renderer::signature::Signature as Decisions;
 
 use crate::abi::{DONE, LEFT};
-use crate::runtime;
 use crate::sir::{
     Block, Body, FACE, Inst, N_ARGUMENTS, Relation, Routine, Shader, Site, Term, Type, U, V, Val,
+    Version,
 };
 
+mod operators;
+
 /// The signature of [`SurfaceFn`](crate::abi::SurfaceFn), or of
-/// [`BoundedFn`](crate::abi::BoundedFn) if the shader is a bounded one.
+/// [`BoundedFn`](crate::abi::BoundedFn) or [`SignedFn`](crate::abi::SignedFn) if the shader is of that
+/// version.
 pub(crate) fn signature(shader: &Shader, call_conv: CallConv, pointer: ir::Type) -> Signature {
     let mut signature = Signature::new(call_conv);
     let radii = shader.radii().map(|_| types::F64);
@@ -34,13 +38,16 @@ pub(crate) fn signature(shader: &Shader, call_conv: CallConv, pointer: ir::Type)
 }
 
 /// The signature of a routine. The convention is one that returns any number of values.
-pub(crate) fn routine_signature(routine: &Routine) -> Signature {
+pub(crate) fn routine_signature(routine: &Routine, version: Version) -> Signature {
     let body = &routine.body;
     let mut signature = Signature::new(CallConv::Tail);
     let params = body.types[..body.n_params].iter().map(|ty| clif_type(*ty));
-    signature.params.extend([types::I64, types::I64].into_iter().chain(params).map(AbiParam::new));
+    let decisions = (version == Version::Signed).then_some(types::I64);
+    let first = [types::I64, types::I64].into_iter().chain(decisions);
+    signature.params.extend(first.chain(params).map(AbiParam::new));
     let results = routine.results.iter().map(|ty| clif_type(*ty));
-    signature.returns.extend([types::I64].into_iter().chain(results).map(AbiParam::new));
+    let first = [types::I64].into_iter().chain(decisions);
+    signature.returns.extend(first.chain(results).map(AbiParam::new));
     signature
 }
 
@@ -83,6 +90,7 @@ pub(crate) fn lower(
         blocks,
         leave,
         fuel: None,
+        decisions: None,
         max_calls: None,
         out: None,
         pointer: around.config.pointer_type(),
@@ -112,6 +120,8 @@ struct Lowering<'s, 'f> {
     leave: ir::Block,
     /// What is left of the fuel, if there are loops or calls.
     fuel: Option<Variable>,
+    /// The signature of the decisions so far, if the shader is signed.
+    decisions: Option<Variable>,
     /// How many further calls of routines may be active, if there are calls.
     max_calls: Option<ir::Value>,
     out: Option<ir::Value>,
@@ -176,6 +186,10 @@ impl Lowering<'_, '_> {
             self.values[val.0 as usize] = Some(value);
         }
         self.out = Some(out);
+        if self.around.shader.version == Version::Signed {
+            let none = self.builder.ins().iconst(types::I64, Decisions::NONE.0 as i64);
+            self.declare_decisions(none);
+        }
         for index in 0..self.around.shader.n_uniforms {
             let val = Val(N_ARGUMENTS + index);
             if self.is_live(val) {
@@ -197,12 +211,14 @@ impl Lowering<'_, '_> {
     }
 
     fn enter_routine(&mut self, entry: ir::Block) {
-        let [max_calls, fuel, params @ ..] = self.builder.block_params(entry) else {
-            unreachable!("the signature has two parameters more")
-        };
-        let (max_calls, fuel) = (*max_calls, *fuel);
+        let params = self.builder.block_params(entry).to_vec();
+        let (first, params) = params.split_at(params.len() - self.body.n_params);
+        let (max_calls, fuel) = (first[0], first[1]);
         for (value, &param) in self.values.iter_mut().zip(params) {
             *value = Some(param);
+        }
+        if let Some(&decisions) = first.get(2) {
+            self.declare_decisions(decisions);
         }
         let rest = self.builder.ins().iadd_imm_s(max_calls, -1);
         let is_out = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
@@ -218,6 +234,17 @@ impl Lowering<'_, '_> {
         self.fuel = Some(variable);
     }
 
+    fn declare_decisions(&mut self, decisions: ir::Value) {
+        let variable = self.builder.declare_var(types::I64);
+        self.builder.def_var(variable, decisions);
+        self.decisions = Some(variable);
+    }
+
+    /// The signature of the decisions so far, if it is kept.
+    fn decisions(&mut self) -> Option<ir::Value> {
+        self.decisions.map(|variable| self.builder.use_var(variable))
+    }
+
     /// The block that is jumped to when the interpreter must have a look.
     fn leave(&mut self) {
         self.builder.switch_to_block(self.leave);
@@ -228,6 +255,9 @@ impl Lowering<'_, '_> {
             return;
         };
         let mut results = vec![self.builder.ins().iconst(types::I64, -1)];
+        if self.decisions.is_some() {
+            results.push(self.builder.ins().iconst(types::I64, 0));
+        }
         results.extend(routine.results.iter().map(|ty| match ty {
             Type::Real => self.builder.ins().f64const(0.0),
             Type::Int => self.builder.ins().iconst(types::I64, 0),
@@ -325,12 +355,14 @@ impl Lowering<'_, '_> {
         if self.routine.is_some() {
             let fuel = self.fuel.expect("declared for routines");
             let mut results = vec![self.builder.use_var(fuel)];
+            results.extend(self.decisions());
             results.extend(values);
             self.builder.ins().return_(&results);
             return;
         }
         let out = self.out.expect("set at the entry");
-        for (index, value) in values.into_iter().enumerate() {
+        let decisions = self.decisions();
+        for (index, value) in values.into_iter().chain(decisions).enumerate() {
             self.builder.ins().store(MemFlagsData::trusted(), value, out, index as i32 * 8);
         }
         let done = self.builder.ins().iconst(types::I32, i64::from(DONE));
@@ -341,11 +373,18 @@ impl Lowering<'_, '_> {
         let fuel = self.fuel.expect("declared when there are calls");
         let max_calls = self.max_calls.expect("set when there are calls");
         let mut values = vec![max_calls, self.builder.use_var(fuel)];
+        values.extend(self.decisions());
         values.extend(args.iter().map(|val| self.value(*val)));
         let call = self.builder.ins().call(self.around.routines[routine as usize], &values);
         let returned = self.builder.inst_results(call).to_vec();
-        let (&rest, results) = returned.split_first().expect("the fuel is returned first");
+        let (&rest, mut results) = returned.split_first().expect("the fuel is returned first");
         self.builder.def_var(fuel, rest);
+        if let (Some(variable), Some((&decisions, others))) =
+            (self.decisions, results.split_first())
+        {
+            self.builder.def_var(variable, decisions);
+            results = others;
+        }
         let has_left = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, rest, 0);
         self.leave_if(has_left);
         let params = &self.body.blocks[next.0 as usize].params;
@@ -409,7 +448,27 @@ impl Lowering<'_, '_> {
                 self.leave_if(is_otherwise);
                 a
             }
+            Inst::Decided(val) => self.decided(val),
         }
+    }
+
+    /// Takes a decision into account, as [`Decisions::with`] does.
+    fn decided(&mut self, val: Val) -> ir::Value {
+        let value = self.value(val);
+        let decision = match self.body.type_of(val) {
+            Type::Int => value,
+            Type::Bool => self.builder.ins().uextend(types::I64, value),
+            // Toward 0, and as `as` does where that is no integer.
+            Type::Real => self.builder.ins().fcvt_to_sint_sat(types::I64, value),
+        };
+        let variable = self.decisions.expect("only signed shaders have decisions");
+        let so_far = self.builder.use_var(variable);
+        let turned = self.builder.ins().rotl_imm_u(so_far, i64::from(Decisions::TURN));
+        let mixed = self.builder.ins().bxor(turned, decision);
+        let factor = self.builder.ins().iconst(types::I64, Decisions::FACTOR as i64);
+        let with = self.builder.ins().imul(mixed, factor);
+        self.builder.def_var(variable, with);
+        value
     }
 
     fn entry_of_table(&mut self, table: u32, index: Val) -> ir::Value {
@@ -420,117 +479,5 @@ impl Lowering<'_, '_> {
         let address = self.builder.ins().iadd(base, bytes);
         let ty = clif_type(self.around.shader.tables[table as usize].ty);
         self.builder.ins().load(ty, MemFlagsData::trusted().with_readonly(), address, 0)
-    }
-
-    // Operators, as in `compiler::scalar`.
-
-    fn scalar(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
-        if let Some(function) = runtime::function(op) {
-            return self.call(function, a);
-        }
-        match op {
-            Operator::AddF => self.builder.ins().fadd(a, b),
-            Operator::SubF => self.builder.ins().fsub(a, b),
-            Operator::MulF => self.builder.ins().fmul(a, b),
-            Operator::DivF => self.builder.ins().fdiv(a, b),
-            Operator::NegF => self.builder.ins().fneg(a),
-            Operator::EqF => self.builder.ins().fcmp(FloatCC::Equal, a, b),
-            Operator::LessF => self.builder.ins().fcmp(FloatCC::LessThan, a, b),
-            Operator::EqI => self.builder.ins().icmp(IntCC::Equal, a, b),
-            Operator::LessI => self.builder.ins().icmp(IntCC::SignedLessThan, a, b),
-            Operator::RealOf => self.builder.ins().fcvt_from_sint(types::F64, a),
-            Operator::Frac => {
-                let whole = self.builder.ins().trunc(a);
-                let part = self.builder.ins().fsub(a, whole);
-                self.builder.ins().fcopysign(part, a)
-            }
-            Operator::ClampF => self.clamp(a),
-            Operator::Sqrt => {
-                let zero = self.builder.ins().f64const(0.0);
-                let is_negative = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
-                self.leave_if(is_negative);
-                self.builder.ins().sqrt(a)
-            }
-            Operator::Floor => self.floor(a),
-            Operator::AddI | Operator::SubI => self.add_or_sub(op, a, b),
-            Operator::MulI => self.multiply(a, b),
-            Operator::NegI => {
-                let is_least = self.builder.ins().icmp_imm_s(IntCC::Equal, a, i64::MIN);
-                self.leave_if(is_least);
-                self.builder.ins().ineg(a)
-            }
-            Operator::DivI | Operator::ModI => self.divide(op, a, b),
-            _ => unreachable!("the specializer performs {op:?} itself"),
-        }
-    }
-
-    fn call(&mut self, function: runtime::RealFn, argument: ir::Value) -> ir::Value {
-        let mut signature = Signature::new(self.call_conv);
-        signature.params.push(AbiParam::new(types::F64));
-        signature.returns.push(AbiParam::new(types::F64));
-        let signature = self.builder.import_signature(signature);
-        // An absolute address needs no relocation, however far away the code lies.
-        let address = self.builder.ins().iconst(self.pointer, function as usize as i64);
-        let call = self.builder.ins().call_indirect(signature, address, &[argument]);
-        self.builder.inst_results(call)[0]
-    }
-
-    fn clamp(&mut self, a: ir::Value) -> ir::Value {
-        let zero = self.builder.ins().f64const(0.0);
-        let one = self.builder.ins().f64const(1.0);
-        let is_above = self.builder.ins().fcmp(FloatCC::GreaterThan, a, one);
-        let at_most_one = self.builder.ins().select(is_above, one, a);
-        let is_below = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
-        self.builder.ins().select(is_below, zero, at_most_one)
-    }
-
-    fn floor(&mut self, a: ir::Value) -> ir::Value {
-        let below = self.builder.ins().floor(a);
-        let low = self.builder.ins().f64const(-9_223_372_036_854_775_808.0);
-        let high = self.builder.ins().f64const(9_223_372_036_854_775_808.0);
-        // Written so that NaN is out of range too.
-        let reaches = self.builder.ins().fcmp(FloatCC::GreaterThanOrEqual, below, low);
-        let fits = self.builder.ins().fcmp(FloatCC::LessThan, below, high);
-        let is_in = self.builder.ins().band(reaches, fits);
-        let is_out = self.builder.ins().icmp_imm_s(IntCC::Equal, is_in, 0);
-        self.leave_if(is_out);
-        self.builder.ins().fcvt_to_sint_sat(types::I64, below)
-    }
-
-    fn add_or_sub(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
-        // It overflows if the result's sign differs from both operands' (of -b, for a - b).
-        let (result, other_sign) = if op == Operator::AddI {
-            let result = self.builder.ins().iadd(a, b);
-            (result, self.builder.ins().bxor(b, result))
-        } else {
-            let result = self.builder.ins().isub(a, b);
-            (result, self.builder.ins().bxor(a, b))
-        };
-        let sign = self.builder.ins().bxor(a, result);
-        let both = self.builder.ins().band(sign, other_sign);
-        let overflows = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, both, 0);
-        self.leave_if(overflows);
-        result
-    }
-
-    fn multiply(&mut self, a: ir::Value, b: ir::Value) -> ir::Value {
-        let low = self.builder.ins().imul(a, b);
-        let high = self.builder.ins().smulhi(a, b);
-        let sign = self.builder.ins().sshr_imm_s(low, 63);
-        let overflows = self.builder.ins().icmp(IntCC::NotEqual, high, sign);
-        self.leave_if(overflows);
-        low
-    }
-
-    fn divide(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
-        // By 0 there is no result, and by -1 it may overflow: -1 <= b <= 0, moved to start at 0.
-        let moved = self.builder.ins().iadd_imm_s(b, 1);
-        let is_special = self.builder.ins().icmp_imm_s(IntCC::UnsignedLessThanOrEqual, moved, 1);
-        self.leave_if(is_special);
-        if op == Operator::DivI {
-            self.builder.ins().sdiv(a, b)
-        } else {
-            self.builder.ins().srem(a, b)
-        }
     }
 }

@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use compiler::source::Span;
+use renderer::signature::Signature;
 use renderer::surface::{
     BoundedSample, Locate, LocateBounded, Needs, SurfaceEval, SurfaceId, SurfacePoint,
     SurfaceSample,
@@ -20,7 +21,8 @@ use vm::value::Closure;
 use crate::certify::BoundedCode;
 use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
-use crate::sir::{Body, FACE, Shader, U, V};
+use crate::signed::{Signed, SignedVersion};
+use crate::sir::{Body, FACE, Shader, U, V, Version};
 use crate::specialize::specialize;
 use crate::stopwatch::Stopwatch;
 use crate::text::Text;
@@ -131,7 +133,7 @@ pub struct Shaders<'p> {
     spent: Vec<AtomicU64>,
     cache: Mutex<Cache>,
     observer: Option<Observer<'p>>,
-    specializing: Stopwatch,
+    pub(crate) specializing: Stopwatch,
     pub(crate) generating: Stopwatch,
 }
 
@@ -141,12 +143,14 @@ pub(crate) struct Slot {
     pub(crate) variant: OnceLock<Result<Bound, Unsupported>>,
     /// Set once nothing more is to be decided.
     pub(crate) tier: OnceLock<Tier>,
+    /// How it is evaluated with a signature; set after that.
+    pub(crate) signed: OnceLock<Signed>,
 }
 
 /// A variant, and what it needs besides the point to be one closure.
 pub(crate) struct Bound {
     pub(crate) variant: Arc<Variant>,
-    uniforms: Vec<u64>,
+    pub(crate) uniforms: Vec<u64>,
 }
 
 /// A specialized function, for all closures of the same key.
@@ -158,6 +162,8 @@ pub(crate) struct Variant {
     code: OnceLock<Result<Arc<Code>, Unsupported>>,
     /// The bounded versions, by what is not known of the point: u, v, or both.
     pub(crate) bounded: [BoundedCode; 3],
+    /// The signed version; none if it cannot be compiled.
+    pub(crate) signed: OnceLock<Option<SignedVersion>>,
 }
 
 impl Variant {
@@ -296,10 +302,7 @@ impl<'p> Shaders<'p> {
         Bound { variant, uniforms }: &Bound,
     ) -> Result<Tier, Unsupported> {
         let shader = &variant.shader;
-        if self.limits.fuel < shader.main.costs.fuel
-            || self.limits.max_depth < shader.main.costs.depth
-            || self.limits.max_memory < MIN_MEMORY
-        {
+        if self.are_limits_tight(shader) {
             return Err(self.declined(index, "the limits on it are tight"));
         }
         let compile = || {
@@ -311,6 +314,13 @@ impl<'p> Shaders<'p> {
         let fuel = self.fuel(shader);
         let native = Native::new(code, uniforms.clone(), fuel);
         Ok(Tier::Native(native, variant.needs))
+    }
+
+    /// Whether the interpreter may run into limits before a shader takes fuel.
+    pub(crate) fn are_limits_tight(&self, shader: &Shader) -> bool {
+        self.limits.fuel < shader.main.costs.fuel
+            || self.limits.max_depth < shader.main.costs.depth
+            || self.limits.max_memory < MIN_MEMORY
     }
 
     /// Tells the observer of code for a surface.
@@ -340,7 +350,7 @@ impl<'p> Shaders<'p> {
         self.slots[index].variant.get_or_init(|| {
             let (outline, cell) = self.cell(&self.surfaces[index]);
             let variant = cell.get_or_init(|| {
-                let work = || specialize(&self.program.bytecode, &outline);
+                let work = || specialize(&self.program.bytecode, &outline, Version::Plain);
                 let shader = self.specializing.measure(work)?;
                 let needs = needs(&shader);
                 Ok(Arc::new(Variant {
@@ -349,6 +359,7 @@ impl<'p> Shaders<'p> {
                     spent: AtomicU64::new(0),
                     code: OnceLock::new(),
                     bounded: Default::default(),
+                    signed: OnceLock::new(),
                 }))
             });
             variant.clone().map(|variant| Bound { variant, uniforms: outline.uniforms })
@@ -379,7 +390,7 @@ impl<'p> Shaders<'p> {
     /// Fuel for rounds of loops and calls of routines; what runs once has been checked. Each pays for
     /// all of its body, and no body makes more memory than it pays for: what passes through those with
     /// arrays or closures leave fits into a quarter of the memory.
-    fn fuel(&self, shader: &Shader) -> i64 {
+    pub(crate) fn fuel(&self, shader: &Shader) -> i64 {
         let by_memory = shader.bodies().filter(|body| body.costs.n_holders > 0).map(|body| {
             self.limits.max_memory / 4 / body.costs.memory.max(1) * body.costs.fuel.max(1)
         });
@@ -405,7 +416,7 @@ impl<'p> Shaders<'p> {
 }
 
 /// What a shader's results, and that it has results, depend on.
-fn needs(shader: &Shader) -> Needs {
+pub(crate) fn needs(shader: &Shader) -> Needs {
     let live = shader.main.live();
     let [face, u, v] = [FACE, U, V].map(|argument| live[argument.0 as usize]);
     Needs { face, u, v }
@@ -435,6 +446,15 @@ impl SurfaceEval for NativeSurfaces<'_> {
             Some(Tier::Interpreted(_)) => self.interpreter.eval(surface, at),
             None => self.eval_cold(index, surface, at),
         }
+    }
+
+    #[inline]
+    fn eval_signed(
+        &mut self,
+        surface: SurfaceId,
+        at: &impl Locate,
+    ) -> Result<(SurfaceSample, Signature), Box<Error>> {
+        self.sign(surface, at)
     }
 
     #[inline]

@@ -64,6 +64,20 @@ pub(crate) enum Inst {
     Abs(Val),
     /// The first real itself, checked to be so related to the second; leaves otherwise.
     Require(Relation, [Val; 2]),
+    /// The value itself, which is decided here: a boolean or an integer, or the whole part of a real.
+    Decided(Val),
+}
+
+/// What a shader computes besides its results.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Version {
+    /// Nothing.
+    Plain,
+    /// How far off they may be: it takes the radii of u and v behind the uniforms, and returns those
+    /// of its results.
+    Bounded,
+    /// The signature of its decisions.
+    Signed,
 }
 
 /// How two reals may be related; NaN is not related to anything.
@@ -128,8 +142,7 @@ pub(crate) struct Shader {
     pub(crate) n_uniforms: u32,
     /// The functions that were run.
     pub(crate) functions: BTreeSet<u32>,
-    /// Whether it takes the radii of u and v behind the uniforms, and returns those of its results.
-    pub(crate) is_bounded: bool,
+    pub(crate) version: Version,
 }
 
 impl Shader {
@@ -141,7 +154,7 @@ impl Shader {
     /// The radii of u and v, if it takes them.
     pub(crate) fn radii(&self) -> impl Iterator<Item = Val> + use<> {
         let first = N_ARGUMENTS + self.n_uniforms;
-        (first..first + if self.is_bounded { N_RADII } else { 0 }).map(Val)
+        (first..first + if self.version == Version::Bounded { N_RADII } else { 0 }).map(Val)
     }
 }
 
@@ -200,7 +213,7 @@ impl Body {
         self.types[val.0 as usize]
     }
 
-    /// Which values the results, the control flow or the chance to leave depend on.
+    /// Which values the results, the control flow, decisions or the chance to leave depend on.
     pub(crate) fn live(&self) -> Vec<bool> {
         let mut live = vec![false; self.types.len()];
         // Uses come after definitions but for loops, whose arguments may wake earlier values.
@@ -233,7 +246,7 @@ impl Body {
             Some((Term::Leave, _)) | None => {}
         }
         for (val, inst, _) in block.insts.iter().rev() {
-            if inst.may_leave() || live[val.0 as usize] {
+            if inst.may_leave() || matches!(inst, Inst::Decided(_)) || live[val.0 as usize] {
                 live[val.0 as usize] = true;
                 for operand in inst.operands().into_iter().flatten() {
                     live[operand.0 as usize] = true;
@@ -248,7 +261,7 @@ impl Inst {
     pub(crate) fn operands(&self) -> [Option<Val>; 2] {
         match *self {
             Inst::Real(_) | Inst::Int(_) | Inst::Bool(_) => [None, None],
-            Inst::IntOfBool(a) | Inst::Abs(a) => [Some(a), None],
+            Inst::IntOfBool(a) | Inst::Abs(a) | Inst::Decided(a) => [Some(a), None],
             Inst::Scalar(_, [a, b]) | Inst::Require(_, [a, b]) => [Some(a), Some(b)],
             Inst::Checked { index, .. } | Inst::Entry { index, .. } => [Some(index), None],
             Inst::Offset { offset, index, .. } => [offset, Some(index)],

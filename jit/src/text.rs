@@ -154,7 +154,7 @@ mod tests {
     use super::*;
     use crate::code::{Code, isa};
     use crate::outline::outline;
-    use crate::sir::Shader;
+    use crate::sir::{Shader, Version};
     use crate::specialize::specialize;
 
     /// A loop, conditions, a choice among functions, a table, calls and uniforms.
@@ -189,7 +189,8 @@ mod tests {
             panic!("it fails")
         };
         let [Value::Closure(closure)] = &stack[..] else { panic!("no function") };
-        specialize(&program.bytecode, &outline(closure, false)).expect("it can be compiled")
+        specialize(&program.bytecode, &outline(closure, false), Version::Plain)
+            .expect("it can be compiled")
     }
 
     fn text(shader: &Shader) -> Text {

@@ -44,26 +44,49 @@ impl View {
         View { width, height, fov_deg, region: Region { x: 0, y: 0, width, height } }
     }
 
-    /// The ray from the eye through the centre of a pixel.
+    /// The image plane with each pixel cut into `n` by `n` cells; `n` is at least 1.
+    pub(crate) fn grid<R: Real>(&self, n: u32) -> Grid<R> {
+        let (width, height) = (u64::from(self.width), u64::from(self.height));
+        let (width, height) = (width * u64::from(n), height * u64::from(n));
+        let (sin, cos) = Dd::sin_cos_degrees(self.fov_deg / 2.0);
+        let half_cell = R::from_dd(sin / (cos * Dd::from(width as f64)));
+        Grid { half_cell, width: width as f64, height: height as f64 }
+    }
+}
+
+/// An image plane cut into cells.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid<R> {
+    /// Half the size of a cell in the image plane.
+    half_cell: R,
+    /// Number of cells in a row.
+    width: f64,
+    /// Number of rows.
+    height: f64,
+}
+
+impl<R: Real> Grid<R> {
+    /// The ray from the eye through the centre of a cell.
     #[inline]
-    pub(crate) fn ray<R: Real>(&self, half_pixel: R, column: u32, row: u32) -> Ray<R> {
-        let dir = self.direction(half_pixel, column, row);
+    pub(crate) fn centre_ray(&self, column: u32, row: u32) -> Ray<R> {
+        self.ray(2 * u64::from(column) + 1, 2 * u64::from(row) + 1)
+    }
+
+    /// The ray from the eye through a point so many halves of a cell to the right of the upper left
+    /// corner of the image, and below it.
+    #[inline]
+    pub(crate) fn ray(&self, right: u64, below: u64) -> Ray<R> {
+        let dir = self.direction(right, below);
         Ray { origin: eye(), dir, on: None, medium: Medium::Unknown }
     }
 
-    /// Half the size of a pixel in the image plane.
-    pub(crate) fn half_pixel<R: Real>(&self) -> R {
-        let (sin, cos) = Dd::sin_cos_degrees(self.fov_deg / 2.0);
-        R::from_dd(sin / (cos * Dd::from(f64::from(self.width))))
-    }
-
-    /// From the eye through the centre of a pixel, not of unit length: (x, y, 1).
+    /// From the eye to such a point, not of unit length: (x, y, 1).
     ///
-    /// The integer factors make the directions of mirrored pixels mirror images to the last bit.
-    pub(crate) fn direction<R: Real>(&self, half_pixel: R, column: u32, row: u32) -> Vec3<R> {
-        let across = 2.0 * f64::from(column) + 1.0 - f64::from(self.width);
-        let up = f64::from(self.height) - 1.0 - 2.0 * f64::from(row);
-        Vec3::new(R::from_f64(across) * half_pixel, R::from_f64(up) * half_pixel, R::ONE)
+    /// The integer factors make the directions to mirrored points mirror images to the last bit.
+    #[inline]
+    fn direction(&self, right: u64, below: u64) -> Vec3<R> {
+        let (across, up) = (right as f64 - self.width, self.height - below as f64);
+        Vec3::new(R::from_f64(across) * self.half_cell, R::from_f64(up) * self.half_cell, R::ONE)
     }
 }
 
@@ -74,21 +97,34 @@ mod tests {
     #[test]
     fn directions_are_those_of_the_reference() {
         let view = View::whole(4, 2, 90.0);
-        let half = view.half_pixel::<f64>();
-        assert_eq!(half, 0.25);
-        assert_eq!(view.direction(half, 0, 0), Vec3::new(-0.75, 0.25, 1.0));
-        assert_eq!(view.direction(half, 3, 1), Vec3::new(0.75, -0.25, 1.0));
+        let grid = view.grid::<f64>(1);
+        assert_eq!(grid.half_cell, 0.25);
+        assert_eq!(grid.centre_ray(0, 0).dir, Vec3::new(-0.75, 0.25, 1.0));
+        assert_eq!(grid.centre_ray(3, 1).dir, Vec3::new(0.75, -0.25, 1.0));
+    }
+
+    #[test]
+    fn cells_are_the_pixels_of_a_larger_image() {
+        let (view, larger) = (View::whole(5, 3, 53.7), View::whole(35, 21, 53.7));
+        let (cells, pixels) = (view.grid::<f64>(7), larger.grid::<f64>(1));
+        for (column, row) in [(0, 0), (34, 20), (17, 3)] {
+            let (cell, pixel) = (cells.centre_ray(column, row), pixels.centre_ray(column, row));
+            assert_eq!(cell.dir, pixel.dir);
+        }
     }
 
     #[test]
     fn mirrored_pixels_have_mirrored_directions() {
         let view = View::whole(47, 31, 53.7);
-        let half = view.half_pixel::<f64>();
-        for column in 0..47 {
-            for row in 0..31 {
-                let here = view.direction(half, column, row);
-                let there = view.direction(half, 46 - column, 30 - row);
-                assert_eq!((here.x, here.y), (-there.x, -there.y));
+        for n in [1, 2, 3, 7] {
+            let grid = view.grid::<f64>(n);
+            let (width, height) = (2 * 47 * u64::from(n), 2 * 31 * u64::from(n));
+            for right in 0..=width {
+                for below in 0..=height {
+                    let here = grid.direction(right, below);
+                    let there = grid.direction(width - right, height - below);
+                    assert_eq!((here.x, here.y), (-there.x, -there.y));
+                }
             }
         }
     }

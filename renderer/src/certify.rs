@@ -75,20 +75,20 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Certified<P>, Failure<E::Error>> {
-    let half_pixels = (view.half_pixel(), view.half_pixel());
+    let (quick_grid, exact_grid) = (view.grid(1), view.grid(1));
     let make = || Worker {
         quick: Shader::new(&scene.quick, illumination, worker()).giving_up(),
         exact: Shader::new(&scene.exact, illumination, worker()),
     };
-    let (found, workers) = pixels(view, make, progress, |worker, column, row| {
+    let (found, workers) = pixels(view, 1, make, progress, |worker, column, row| {
         let Worker { quick, exact } = worker;
-        let light = quick.radiance(view.ray(half_pixels.0, column, row));
+        let light = quick.radiance(quick_grid.centre_ray(column, row));
         if let Ok(light) = light
             && let (pixel, None) = certain::<_, _, P>(quick, light)
         {
             return Ok((pixel, Certainty::Double));
         }
-        let light = exact.radiance(view.ray(half_pixels.1, column, row))?;
+        let light = exact.radiance(exact_grid.centre_ray(column, row))?;
         let (pixel, doubt) = certain(exact, light);
         Ok((pixel, doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
     })?;

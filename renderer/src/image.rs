@@ -4,6 +4,9 @@
 pub trait Pixel: Copy + Send + Sync + Default + PartialEq {
     /// Encodes linear red, green and blue, of any size.
     fn from_linear(color: [f64; 3]) -> Self;
+
+    /// As much of a colour as a pixel can show, in linear light: what means are made of.
+    fn shown(color: [f64; 3]) -> [f64; 3];
 }
 
 /// Bytes: floor(255 c), with c clamped to [0, 1] and NaN black (reference 4.9).
@@ -12,12 +15,22 @@ impl Pixel for [u8; 3] {
         // `as` rounds toward 0, which is down here, and takes NaN to 0.
         color.map(|c| (255.0 * c.clamp(0.0, 1.0)) as u8)
     }
+
+    #[inline]
+    fn shown(color: [f64; 3]) -> [f64; 3] {
+        color.map(|c| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) })
+    }
 }
 
 /// Linear light, not clamped.
 impl Pixel for [f32; 3] {
     fn from_linear(color: [f64; 3]) -> Self {
         color.map(|c| c as f32)
+    }
+
+    #[inline]
+    fn shown(color: [f64; 3]) -> [f64; 3] {
+        color
     }
 }
 
@@ -52,6 +65,9 @@ mod tests {
         ];
         for (value, byte) in cases {
             assert_eq!(<[u8; 3]>::from_linear([value; 3]), [byte; 3], "{value}");
+            let shown = <[u8; 3]>::shown([value; 3]);
+            assert_eq!(<[u8; 3]>::from_linear(shown), [byte; 3], "{value}");
+            assert!(shown.iter().all(|c| (0.0..=1.0).contains(c)), "{value}");
         }
     }
 }

@@ -38,24 +38,22 @@ pub fn render<R: Real, E: SurfaceEval + Send, P: Pixel>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Image<P>, RayCounts), Failure<E::Error>> {
-    let half_pixel: R = view.half_pixel();
+    let grid = view.grid(1);
     let make = || Shader::new(scene, illumination, worker());
-    let (pixels, shaders) = pixels(view, make, progress, |shader, column, row| {
-        let light = shader.radiance(view.ray(half_pixel, column, row))?;
+    let (pixels, shaders) = pixels(view, 1, make, progress, |shader, column, row| {
+        let light = shader.radiance(grid.centre_ray(column, row))?;
         Ok(P::from_linear(light.map(R::to_f64).into()))
     })?;
-    let mut counts = RayCounts::default();
-    for shader in shaders {
-        counts.add(&shader.counts);
-    }
+    let counts = shaders.iter().map(|shader| shader.counts).sum();
     Ok((Image { width: view.width, height: view.height, pixels }, counts))
 }
 
-/// Finds the pixels of a view, row by row from the upper left, in parallel; those outside its region
-/// have the default. `make` makes what one thread works with, all of which is returned; `pixel` finds
-/// the pixel at a column and row.
+/// Finds the pixels of a view in parallel; those outside its region have the default. `make` makes what
+/// one thread works with, all of which is returned; `pixel` finds the pixel at a column and row. Each
+/// `n_rows` rows of the region, from its first, are found by one thread in reading order.
 pub(crate) fn pixels<W: Send, T: Copy + Default + Send + Sync, X: Send>(
     view: &View,
+    n_rows: usize,
     make: impl Fn() -> W + Sync,
     progress: &(dyn Fn(u64) + Sync),
     pixel: impl Fn(&mut W, u32, u32) -> Result<T, X> + Sync,
@@ -67,21 +65,24 @@ pub(crate) fn pixels<W: Send, T: Copy + Default + Send + Sync, X: Send>(
     let rows = view.region.y as usize..(view.region.y + view.region.height) as usize;
     let columns = view.region.x..view.region.x + view.region.width;
     let region = &mut pixels[rows.start * width..rows.end * width];
-    region.par_chunks_mut(width).zip(rows).with_max_len(1).for_each(|(pixels, row)| {
+    let bands = region.par_chunks_mut(n_rows * width).zip(rows.into_par_iter().step_by(n_rows));
+    bands.with_max_len(1).for_each(|(pixels, first)| {
         workers.with(|worker| {
-            for column in columns.clone() {
-                if !failures.is_before(column, row as u32) {
-                    return;
-                }
-                match pixel(worker, column, row as u32) {
-                    Ok(found) => pixels[column as usize] = found,
-                    Err(error) => {
-                        return failures.report(Failure { x: column, y: row as u32, error });
+            for (pixels, row) in pixels.chunks_mut(width).zip(first as u32..) {
+                for column in columns.clone() {
+                    if !failures.is_before(column, row) {
+                        return;
+                    }
+                    match pixel(worker, column, row) {
+                        Ok(found) => pixels[column as usize] = found,
+                        Err(error) => {
+                            return failures.report(Failure { x: column, y: row, error });
+                        }
                     }
                 }
+                progress(u64::from(view.region.width));
             }
         });
-        progress(u64::from(view.region.width));
     });
     match failures.first.into_inner().unwrap_or_else(PoisonError::into_inner) {
         Some(failure) => Err(failure),

@@ -21,6 +21,7 @@ use crate::plan::Part;
 use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
 use crate::scene::Scene;
 use crate::shape;
+use crate::signature::Signature;
 use crate::surface::{
     Bounded, BoundedPoint, BoundedSample, Locate, LocateBounded, Needs, SurfaceEval, SurfaceId,
     SurfacePoint, SurfaceSample,
@@ -70,6 +71,15 @@ impl RayCounts {
     }
 }
 
+impl std::iter::Sum for RayCounts {
+    fn sum<I: Iterator<Item = RayCounts>>(parts: I) -> Self {
+        parts.fold(RayCounts::default(), |mut all, part| {
+            all.add(&part);
+            all
+        })
+    }
+}
+
 /// Follows rays through a scene, for one thread.
 pub(crate) struct Shader<'s, R, E> {
     scene: &'s Scene<R>,
@@ -87,6 +97,8 @@ pub(crate) struct Shader<'s, R, E> {
     pub(crate) doubt: Option<Doubt>,
     /// Whether the colour is of no use in case of doubt.
     gives_up: bool,
+    /// What has been decided on the path so far, if that is asked for.
+    signature: Signature,
     pub(crate) counts: RayCounts,
 }
 
@@ -206,6 +218,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             path: Vec::new(),
             doubt: None,
             gives_up: false,
+            signature: Signature::NONE,
             counts: RayCounts::default(),
         }
     }
@@ -231,6 +244,29 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
 
     /// The light that arrives along a ray from the eye; black where it meets nothing.
     pub(crate) fn radiance(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
+        self.follow::<false>(ray)
+    }
+
+    /// The same, and what was decided on the way: which faces were met, which lamps reach them, and
+    /// what their surface functions have decided.
+    pub(crate) fn signed_radiance(
+        &mut self,
+        ray: Ray<R>,
+    ) -> Result<(Vec3<R>, Signature), E::Error> {
+        self.signature = Signature::NONE;
+        let light = self.follow::<true>(ray)?;
+        Ok((light, self.signature))
+    }
+
+    /// Takes a decision into account, if that is asked for.
+    #[inline(always)]
+    fn sign<const SIGNED: bool>(&mut self, decision: u64) {
+        if SIGNED {
+            self.signature = self.signature.with(decision);
+        }
+    }
+
+    fn follow<const SIGNED: bool>(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
         self.counts.primary += 1;
         self.path.clear();
         self.doubt = None;
@@ -239,7 +275,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             let crossing = self.scene.first_hit(&ray, &mut self.workspace);
             self.notice(Doubt::Boundary);
             let Some(crossing) = crossing.filter(|_| !self.has_given_up()) else { break };
-            next = self.bounce(&ray, &crossing)?;
+            next = self.bounce::<SIGNED>(&ray, &crossing)?;
         }
         let mut light: Vec3<R> = Vec3::ZERO;
         for &(local, factor) in self.path.iter().rev() {
@@ -252,13 +288,19 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     }
 
     /// Adds a point to the path. Returns the reflected ray, unless it cannot matter.
-    fn bounce(&mut self, ray: &Ray<R>, crossing: &Crossing<R>) -> Result<Option<Ray<R>>, E::Error> {
+    fn bounce<const SIGNED: bool>(
+        &mut self,
+        ray: &Ray<R>,
+        crossing: &Crossing<R>,
+    ) -> Result<Option<Ray<R>>, E::Error> {
         let dir = ray.dir.normalized().unwrap_or(Vec3::ZERO);
         let (hit, at) = self.hit(ray, dir, crossing);
         self.notice(Doubt::Boundary);
+        let side = u64::from(at.face) << 1 | u64::from(crossing.entering);
+        self.sign::<SIGNED>(u64::from(crossing.leaf) << 32 | side);
         let surface = self.scene.leaves[crossing.leaf as usize].surface;
-        let sample = self.sample(surface, &at)?;
-        let (diffuse, specular) = self.direct_light(&hit, dir, &sample);
+        let sample = self.sample::<SIGNED>(surface, &at)?;
+        let (diffuse, specular) = self.direct_light::<SIGNED>(&hit, dir, &sample);
         self.notice(Doubt::Light);
         let Sample { color, ks, .. } = sample;
         let tint = |light: Vec3<R>| {
@@ -281,8 +323,17 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
 
     /// Asks the surface function.
     #[inline(always)]
-    fn sample(&mut self, surface: SurfaceId, at: &Place<R>) -> Result<Sample<R>, E::Error> {
+    fn sample<const SIGNED: bool>(
+        &mut self,
+        surface: SurfaceId,
+        at: &Place<R>,
+    ) -> Result<Sample<R>, E::Error> {
         self.counts.surface_calls += 1;
+        if SIGNED {
+            let (sample, Signature(decisions)) = self.surfaces.eval_signed(surface, at)?;
+            self.sign::<SIGNED>(decisions);
+            return Ok(Sample::new(&sample));
+        }
         if !R::ASKS_FOR_BOUNDS {
             let sample = if self.scene.omissions.holds(Part::Coordinates) {
                 self.surfaces.eval(surface, at)?
@@ -328,7 +379,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
 
     /// The light of ambient light and lamps: diffuse, still without the surface's colour, and
     /// specular.
-    fn direct_light(
+    fn direct_light<const SIGNED: bool>(
         &mut self,
         hit: &Hit<R>,
         dir: Vec3<R>,
@@ -340,17 +391,29 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let Some(normal) = hit.normal else { return (diffuse, specular) };
         for idx in 0..self.lamps.len() {
             let lamp = &self.lamps[idx];
-            let Some(way) = lamp.way(hit.point) else { continue };
+            let Some(way) = lamp.way(hit.point) else {
+                self.sign::<SIGNED>(0);
+                continue;
+            };
             let cos = normal.dot(way.toward);
             // A light behind the surface does not reach the viewer's side, nor does one in its plane,
             // as far as rounding can tell; NaN reaches nothing.
             if !cos.exceeds(TIE_ROUNDINGS * R::UNIT_ROUNDOFF) {
+                self.sign::<SIGNED>(0);
                 continue;
             }
-            let Some(intensity) = lamp.intensity(&way) else { continue };
-            if self.adds_nothing(sample, intensity) || self.is_in_shadow(hit, idx, &way) {
+            let Some(intensity) = lamp.intensity(&way) else {
+                self.sign::<SIGNED>(0);
+                continue;
+            };
+            let is_left_out =
+                self.scene.omissions.holds(Part::Shadows) && adds_nothing(sample, intensity);
+            if is_left_out || self.is_in_shadow(hit, idx, &way) {
+                self.sign::<SIGNED>(0);
                 continue;
             }
+            // Whether it is left out or not, what adds nothing is signed alike.
+            self.sign::<SIGNED>(u64::from(!(SIGNED && adds_nothing(sample, intensity))));
             diffuse = diffuse + intensity * (kd * cos);
             if ks == R::ZERO {
                 continue;
@@ -362,15 +425,6 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             }
         }
         (diffuse, specular)
-    }
-
-    /// Whether light of this intensity leaves the sums as they are: finite numbers times 0 do.
-    #[inline(always)]
-    fn adds_nothing(&self, sample: &Sample<R>, intensity: Vec3<R>) -> bool {
-        self.scene.omissions.holds(Part::Shadows)
-            && sample.kd.is_surely_zero()
-            && sample.ks.is_surely_zero()
-            && intensity.to_dvec3().is_finite()
     }
 
     fn is_in_shadow(&mut self, hit: &Hit<R>, lamp: usize, way: &Way<R>) -> bool {
@@ -385,4 +439,10 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         self.counts.blocked += u64::from(is_blocked);
         is_blocked
     }
+}
+
+/// Whether light of this intensity leaves the sums as they are: finite numbers times 0 do.
+#[inline(always)]
+fn adds_nothing<R: Real>(sample: &Sample<R>, intensity: Vec3<R>) -> bool {
+    sample.kd.is_surely_zero() && sample.ks.is_surely_zero() && intensity.to_dvec3().is_finite()
 }

@@ -3,6 +3,8 @@
 
 use glam::DVec3;
 
+use crate::signature::Signature;
+
 /// Index of a surface function in the render job that owns it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct SurfaceId(pub u32);
@@ -118,6 +120,23 @@ pub trait SurfaceEval {
     /// # Errors
     /// What the function does wrong; it ends the image.
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Self::Error>;
+
+    /// Calls a surface function, and tells the signature of its decisions. By itself the answer stands
+    /// for them.
+    ///
+    /// # Errors
+    /// What the function does wrong; it ends the image.
+    fn eval_signed(
+        &mut self,
+        surface: SurfaceId,
+        at: &impl Locate,
+    ) -> Result<(SurfaceSample, Signature), Self::Error> {
+        let sample = self.eval(surface, at)?;
+        let [r, g, b] = sample.color.to_array();
+        let numbers = [r, g, b, sample.kd, sample.ks, sample.phong_exp];
+        let signature = |so_far: Signature, number: &f64| so_far.with(number.to_bits());
+        Ok((sample, numbers.iter().fold(Signature::NONE, signature)))
+    }
 
     /// Bounds of what the function answers at all points that doubles can name within those of `at`;
     /// none where it would have to decide something that the bounds leave open, may fail, or cannot

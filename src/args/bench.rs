@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
+use crate::args::sampling::SamplingArgs;
 use crate::args::{Engine, Inputs, LimitArgs, PictureArgs, Precision};
 use crate::values;
 
@@ -46,7 +47,7 @@ pub(crate) struct BenchArgs {
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=100_000), help_heading = "Measurement")]
     pub(crate) warmup: u32,
     /// Time each surface function alone, interpreted and as machine code
-    #[arg(long, conflicts_with_all = ["engines", "threads", "size", "region", "depth", "dialect", "precision"], help_heading = "Measurement")]
+    #[arg(long, conflicts_with_all = ["engines", "threads", "size", "region", "depth", "dialect", "precision", "samples", "adaptive"], help_heading = "Measurement")]
     pub(crate) surfaces: bool,
 
     /// Write the results as JSON, in the shape of hyperfine's; - is the standard output
@@ -60,6 +61,8 @@ pub(crate) struct BenchArgs {
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
+    #[command(flatten)]
+    pub(crate) sampling: SamplingArgs,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
 }

@@ -101,6 +101,8 @@ pub(crate) struct Figures {
     pub(crate) tracing: Vec<f64>,
     /// The same of building the scene and compiling its surface functions.
     pub(crate) preparing: Vec<f64>,
+    /// Rays from the eye for each pixel.
+    pub(crate) rays: f64,
     #[serde(flatten)]
     pub(crate) errors: Errors,
 }
@@ -162,7 +164,7 @@ impl Measured {
         if Method::named(method).is_none_or(|method| method.diagram() != diagram) {
             return Err(format!("there is no method `{method}` in this diagram"));
         }
-        let Outcome::Rendered(Figures { tracing, preparing, errors }) = outcome else {
+        let Outcome::Rendered(Figures { tracing, preparing, rays, errors }) = outcome else {
             return Ok(());
         };
         if tracing.is_empty() || tracing.len() != preparing.len() {
@@ -172,6 +174,9 @@ impl Measured {
         let is_time_or_zero = |time: &f64| is_time(time) || *time == 0.0;
         if !(tracing.iter().all(is_time) && preparing.iter().all(is_time_or_zero)) {
             return Err(format!("expected times above zero for `{method}`"));
+        }
+        if !(rays.is_finite() && *rays > 0.0) {
+            return Err(format!("expected rays above zero for `{method}`"));
         }
         let Errors { differing, gross, missing, max, rms } = *errors;
         let is_error = |error: Option<f64>| error.is_none_or(|e| e.is_finite() && e >= 0.0);
@@ -211,7 +216,7 @@ impl Chart {
     pub(crate) fn point(&self, method: &Method, figures: &Figures) -> Point {
         let cost = match method.render {
             Render::Tracer(..) | Render::Naive(..) => self.cost(figures)[0],
-            Render::Grid(n) => f64::from(n * n),
+            Render::Sampled(_) => figures.rays,
         };
         (cost, self.error(&figures.errors))
     }

@@ -38,6 +38,7 @@ fn color(family: Family) -> RGBColor {
         Family::NaiveDoubles => RGBColor(0, 158, 115),
         Family::NaiveSingles => RGBColor(204, 121, 167),
         Family::Grids => RGBColor(0, 0, 0),
+        Family::Adaptive => RGBColor(0, 114, 178),
     }
 }
 

@@ -73,6 +73,9 @@ struct Contender {
     tracing: Vec<f64>,
     preparing: Vec<f64>,
     sums: Sums,
+    /// Rays from the eye, and pixels, of all images so far.
+    n_rays: u64,
+    n_pixels: u64,
     /// Rounds of this image that counted, and whether it has been compared.
     n_rounds: usize,
     is_compared: bool,
@@ -92,6 +95,8 @@ impl<'b> Contest<'b> {
             tracing: vec![0.0; n_rounds],
             preparing: vec![0.0; n_rounds],
             sums: Sums::default(),
+            n_rays: 0,
+            n_pixels: 0,
             n_rounds: 0,
             is_compared: false,
             stopped: None,
@@ -128,12 +133,10 @@ impl<'b> Contest<'b> {
     fn check(&self, job: &RenderJob<'_>, how: Render) -> Result<(), Box<Diagnostic>> {
         let args = self.bench.args;
         let Size { width, height } = plan::size(job, &args.picture);
-        let (precision, n) = match how {
-            Render::Tracer(_, precision) => (precision, 1),
-            Render::Naive(..) => (Precision::F64, 1),
-            Render::Grid(n) => (Precision::F64, n),
+        let precision = match how {
+            Render::Tracer(_, precision) => precision,
+            Render::Naive(..) | Render::Sampled(_) => Precision::F64,
         };
-        let [width, height] = [width, height].map(|length| length.saturating_mul(n));
         args.limits.check(job, self.n_images, width, height, precision)
     }
 
@@ -227,6 +230,8 @@ impl Contender {
             let is_own = |(diagram, _): &&(Diagram, _)| *diagram == self.method.diagram();
             let (_, reference) = references.iter().find(is_own).expect("of each diagram");
             self.sums.add(&rendered.pixels, reference);
+            self.n_rays += rendered.n_rays;
+            self.n_pixels += plan.n_pixels();
             self.is_compared = true;
         }
         if counts {
@@ -237,8 +242,9 @@ impl Contender {
     }
 
     fn measured(self) -> Measured {
-        let Contender { method, tracing, preparing, sums, stopped, .. } = self;
-        let figures = Figures { tracing, preparing, errors: sums.errors() };
+        let Contender { method, tracing, preparing, sums, n_rays, n_pixels, stopped, .. } = self;
+        let rays = n_rays as f64 / n_pixels as f64;
+        let figures = Figures { tracing, preparing, rays, errors: sums.errors() };
         let outcome = stopped.unwrap_or(Outcome::Rendered(figures));
         Measured { method: method.name.to_owned(), outcome }
     }

@@ -2,7 +2,8 @@
 
 use Engine::{Interp, Jit};
 use Numbers::{F32, F64};
-use Render::{Grid, Naive, Tracer};
+use Render::{Naive, Sampled, Tracer};
+use renderer::sampling::Sampling::{self, Adaptive, Centre, Grid};
 
 use crate::args::{Engine, Precision};
 
@@ -24,8 +25,8 @@ pub(crate) enum Render {
     Tracer(Engine, Precision),
     /// The naive tracer, in these numbers, with this epsilon.
     Naive(Numbers, f64),
-    /// The tracer in doubles, with so many rays by so many in a regular grid in each pixel.
-    Grid(u32),
+    /// The tracer in doubles, with these samples of each pixel.
+    Sampled(Sampling),
 }
 
 /// The numbers of the naive tracer.
@@ -53,6 +54,7 @@ pub(crate) enum Family {
     NaiveDoubles,
     NaiveSingles,
     Grids,
+    Adaptive,
 }
 
 /// The shape of a point.
@@ -90,7 +92,7 @@ impl Method {
     pub(crate) fn diagram(&self) -> Diagram {
         match self.render {
             Render::Tracer(..) | Render::Naive(..) => Diagram::Rounding,
-            Render::Grid(_) => Diagram::Sampling,
+            Render::Sampled(_) => Diagram::Sampling,
         }
     }
 
@@ -116,7 +118,7 @@ impl Diagram {
     pub(crate) fn reference(self) -> Render {
         match self {
             Diagram::Rounding => Render::Tracer(Engine::Jit, Precision::Dd),
-            Diagram::Sampling => Render::Grid(32),
+            Diagram::Sampling => Render::Sampled(Grid(32)),
         }
     }
 
@@ -146,8 +148,11 @@ pub(crate) const METHODS: &[Method] = &[
     method("naive-f32-1e-3", Family::NaiveSingles, Shape::Up, Naive(F32, 1e-3)),
     method("naive-f32-1e-6", Family::NaiveSingles, Shape::Diamond, Naive(F32, 1e-6)),
     method("naive-f32-1e-9", Family::NaiveSingles, Shape::Down, Naive(F32, 1e-9)),
-    method("grid-1x1", Family::Grids, Shape::Circle, Grid(1)),
-    method("grid-2x2", Family::Grids, Shape::Square, Grid(2)),
-    method("grid-4x4", Family::Grids, Shape::Diamond, Grid(4)),
-    method("grid-8x8", Family::Grids, Shape::Up, Grid(8)),
+    method("grid-1x1", Family::Grids, Shape::Circle, Sampled(Centre)),
+    method("grid-2x2", Family::Grids, Shape::Square, Sampled(Grid(2))),
+    method("grid-4x4", Family::Grids, Shape::Diamond, Sampled(Grid(4))),
+    method("grid-8x8", Family::Grids, Shape::Up, Sampled(Grid(8))),
+    method("adaptive-1", Family::Adaptive, Shape::Circle, Sampled(Adaptive(1))),
+    method("adaptive-2", Family::Adaptive, Shape::Square, Sampled(Adaptive(2))),
+    method("adaptive-3", Family::Adaptive, Shape::Diamond, Sampled(Adaptive(3))),
 ];

@@ -5,9 +5,10 @@ use std::time::Duration;
 
 use compiler::diagnostic::Diagnostic;
 use rayon::ThreadPool;
-use renderer::camera::{Region, View};
+use renderer::camera::Region;
 use renderer::image::{Image, Pixel};
 use renderer::plan::Omissions;
+use renderer::sampling::Sampling;
 use vm::host::RenderJob;
 use vm::machine::Limits;
 use vm::surfaces;
@@ -35,6 +36,8 @@ pub(super) struct Setting<'s> {
 pub(super) struct Rendered {
     /// Those of the region alone.
     pub(super) pixels: Vec<Light>,
+    /// From the eye.
+    pub(super) n_rays: u64,
     pub(super) preparing: Duration,
     pub(super) tracing: Duration,
 }
@@ -72,6 +75,7 @@ pub(super) fn render(
         engine,
         precision,
         omissions: Omissions::ALL,
+        sampling: Sampling::Centre,
         limits: setting.limits,
         perf_map: None,
         clock: thread_time,
@@ -86,7 +90,7 @@ pub(super) fn render(
         };
         match how {
             Render::Tracer(engine, precision) => {
-                traced(job, plan, ours(engine, precision), &progress, single)
+                traced(job, plan, ours(engine, precision), &progress)
             }
             Render::Naive(Numbers::F32, epsilon) => {
                 naive::<f32>(job, plan, epsilon, setting.limits, &progress)
@@ -94,11 +98,9 @@ pub(super) fn render(
             Render::Naive(Numbers::F64, epsilon) => {
                 naive::<f64>(job, plan, epsilon, setting.limits, &progress)
             }
-            Render::Grid(n) => {
-                let finer =
-                    Plan { view: finer(&plan.view, n), illumination: plan.illumination.clone() };
-                let settings = ours(Engine::Jit, Precision::F64);
-                traced(job, &finer, settings, &progress, |image, region| means(image, region, n))
+            Render::Sampled(sampling) => {
+                let settings = Settings { sampling, ..ours(Engine::Jit, Precision::F64) };
+                traced(job, plan, settings, &progress)
             }
         }
     };
@@ -124,23 +126,25 @@ impl Pixel for Linear {
     fn from_linear(color: [f64; 3]) -> Self {
         Linear(color)
     }
+
+    fn shown(color: [f64; 3]) -> [f64; 3] {
+        color
+    }
 }
 
-/// Our own tracer. `light` makes pixels of the region's.
-fn traced<P: Pixel>(
+/// Our own tracer.
+fn traced(
     job: &RenderJob<'_>,
     plan: &Plan,
     settings: Settings<'_>,
     progress: &(dyn Fn(u64) + Sync),
-    light: impl FnOnce(&Image<P>, Region) -> Vec<Light>,
 ) -> Result<Rendered, Stop> {
-    let traced = trace::trace_pixels::<P>(job, plan, settings, progress)
+    let traced = trace::trace_pixels(job, plan, settings, progress)
         .map_err(|failure| Stop::Wrong(run::surface_error(failure, job)))?;
-    let Traced { picture, build_time, jit_time, trace_time, .. } = traced;
-    let start = thread_time();
-    let pixels = light(&picture, plan.view.region);
-    let tracing = trace_time + (thread_time() - start);
-    Ok(Rendered { pixels, preparing: build_time + jit_time, tracing })
+    let Traced { picture, rays, build_time, jit_time, trace_time, .. } = traced;
+    let pixels = lights(&picture, plan.view.region);
+    let preparing = build_time + jit_time;
+    Ok(Rendered { pixels, n_rays: rays.primary, preparing, tracing: trace_time })
 }
 
 fn naive<F: Number>(
@@ -156,64 +160,14 @@ fn naive<F: Number>(
     let tracer = naive::Tracer::<F>::new(job, &functions, &plan.illumination, limits, epsilon)?;
     let made = thread_time();
     let pixels = tracer.trace(&plan.view, progress).pixels;
-    Ok(Rendered { pixels, preparing: made - start, tracing: thread_time() - made })
+    let n_rays = plan.n_pixels();
+    Ok(Rendered { pixels, n_rays, preparing: made - start, tracing: thread_time() - made })
 }
 
 /// The pixels of a region as they are.
-fn single(image: &Image<Linear>, region: Region) -> Vec<Light> {
+fn lights(image: &Image<Linear>, region: Region) -> Vec<Light> {
     let Region { x, y, width, height } = region;
     let at = |x: u32, y: u32| image.pixels[y as usize * image.width as usize + x as usize];
     let places = (y..y + height).flat_map(|y| (x..x + width).map(move |x| (x, y)));
     places.map(|(x, y)| Some(at(x, y).0)).collect()
-}
-
-/// The means of `n` by `n` pixels each.
-fn means(image: &Image<[f32; 3]>, region: Region, n: u32) -> Vec<Light> {
-    let Region { x, y, width, height } = region;
-    let mean = |x: u32, y: u32| {
-        let mut sum = [0.0; 3];
-        for row in y..y + n {
-            let first = row as usize * image.width as usize + x as usize;
-            for pixel in &image.pixels[first..first + n as usize] {
-                sum = [0, 1, 2].map(|channel| sum[channel] + f64::from(pixel[channel]));
-            }
-        }
-        Some(sum.map(|sum| sum / f64::from(n * n)))
-    };
-    let steps = |from: u32, length: u32| (from..from + length).step_by(n as usize);
-    steps(y, height)
-        .flat_map(|y| steps(x, width).map(move |x| (x, y)))
-        .map(|(x, y)| mean(x, y))
-        .collect()
-}
-
-/// The same view with `n` by `n` pixels for each, whose centres are a regular grid in it. There must
-/// be images of that size.
-fn finer(view: &View, n: u32) -> View {
-    let Region { x, y, width, height } = view.region;
-    let [x, y, width, height] = [x, y, width, height].map(|length| length.saturating_mul(n));
-    View {
-        width: view.width.saturating_mul(n),
-        height: view.height.saturating_mul(n),
-        region: Region { x, y, width, height },
-        ..*view
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn grids_are_means_of_finer_pixels() {
-        let view =
-            View { region: Region { x: 1, y: 0, width: 2, height: 1 }, ..View::whole(3, 2, 60.0) };
-        let finer = finer(&view, 2);
-        assert_eq!((finer.width, finer.height, finer.fov_deg), (6, 4, 60.0));
-        assert_eq!(finer.region, Region { x: 2, y: 0, width: 4, height: 2 });
-        let pixels = (0..24).map(|index: u16| [f32::from(index), 1.0, 0.0]).collect();
-        let image = Image { width: 6, height: 4, pixels };
-        let found = means(&image, finer.region, 2);
-        assert_eq!(found, [Some([5.5, 1.0, 0.0]), Some([7.5, 1.0, 0.0])]);
-    }
 }

@@ -9,7 +9,7 @@ use rayon::ThreadPool;
 use vm::machine::Machine;
 use vm::program::LoadedProgram;
 
-use crate::args::RunArgs;
+use crate::args::{RunArgs, sampling};
 use crate::console;
 use crate::failure::Failure;
 use crate::listing::numbered;
@@ -113,6 +113,7 @@ fn write_stats(args: &RunArgs, n_threads: usize, mut host: Renders<'_>) -> Resul
     host.stats.scene = args.scene.display().to_string();
     host.stats.engine = args.engine.name();
     host.stats.precision = args.precision().name();
+    host.stats.sampling = sampling::name(args.sampling.sampling());
     host.stats.threads = n_threads;
     host.stats.write(path)
 }

@@ -190,6 +190,7 @@ impl<'a> Renders<'a> {
             engine: self.args.engine,
             precision: self.args.precision(),
             omissions: self.args.economy.omissions(),
+            sampling: self.args.sampling.sampling(),
             limits: self.args.limits.machine(),
             perf_map: self.perf_map.as_ref(),
             clock: machine::time,

@@ -18,6 +18,8 @@ pub(crate) struct Stats {
     pub(crate) scene: String,
     pub(crate) engine: &'static str,
     pub(crate) precision: &'static str,
+    /// Which points make a pixel.
+    pub(crate) sampling: String,
     pub(crate) threads: usize,
     /// Seconds from reading the scene to the end of its last image.
     pub(crate) total: f64,

@@ -12,6 +12,7 @@ use rayon::ThreadPool;
 use renderer::camera::View;
 use renderer::image::Pixel;
 use renderer::plan::Omissions;
+use renderer::sampling::Sampling;
 use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
@@ -155,6 +156,7 @@ fn render(job: &RenderJob<'_>, method: Method, threads: &ThreadPool) -> Image {
         engine: method.engine,
         precision: method.precision,
         omissions: Omissions::ALL,
+        sampling: Sampling::Centre,
         limits: LIMITS,
         perf_map: None,
         clock: machine::time,

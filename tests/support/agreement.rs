@@ -8,6 +8,7 @@ use compiler::diagnostic::Diagnostic;
 use compiler::preprocess::NoIncludes;
 use compiler::source::SourceMap;
 use jit::shaders::{Evaluation, Shaders, Tiering};
+use renderer::signature::Signature;
 use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 use vm::error::Error;
 use vm::host::{Host, RenderJob};
@@ -48,6 +49,14 @@ pub fn told(result: Result<SurfaceSample, Box<Error>>) -> Told {
         }
         Err(error) => Err(format!("{:?} at {:?}", error.problem, error.origin.span)),
     }
+}
+
+/// The same with the signature, where there is a result.
+fn told_signed(
+    result: Result<(SurfaceSample, Signature), Box<Error>>,
+) -> (Told, Option<Signature>) {
+    let signature = result.as_ref().ok().map(|(_, signature)| *signature);
+    (told(result.map(|(sample, _)| sample)), signature)
 }
 
 /// A place that tells what it was asked for, and lies about the rest.
@@ -95,6 +104,11 @@ pub fn agree(
         let expected = told(interpreted.eval(SurfaceId(0), &at));
         let found = told(native.eval(SurfaceId(0), &Place::new(at)));
         assert_eq!(found, expected, "at {at:?}:\n{text}");
+        // With a signature too; and decisions are the same whoever makes them.
+        let found = told_signed(native.eval_signed(SurfaceId(0), &Place::new(at)));
+        let (also, decisions) = told_signed(interpreted.eval_signed(SurfaceId(0), &at));
+        assert_eq!(also, expected, "at {at:?}:\n{text}");
+        assert_eq!(found, (also, decisions), "at {at:?}:\n{text}");
         expected
     });
     Some((evaluation, results.collect()))

@@ -8,6 +8,7 @@ use compiler::source::SourceMap;
 use jit::shaders::{Shaders, SurfaceReport, Tiering};
 use renderer::camera::View;
 use renderer::image::Image;
+use renderer::sampling::{Sampling, sample};
 use renderer::shade::RayCounts;
 use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
@@ -34,10 +35,21 @@ pub(crate) struct Rendered {
 pub(crate) enum Engine {
     Interpreter,
     Native,
+    /// The first, and then the second.
+    Tiered,
+}
+
+/// How a scene is rendered.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Way {
+    pub(crate) engine: Engine,
+    pub(crate) sampling: Sampling,
+    /// So many times smaller than it says, rounded down but not to 0.
+    pub(crate) reduction: u32,
 }
 
 struct InMemory {
-    engine: Engine,
+    way: Way,
     images: Vec<Rendered>,
     reports: Vec<SurfaceReport>,
 }
@@ -45,18 +57,21 @@ struct InMemory {
 impl Host for InMemory {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let (scene, surfaces) = scene::<f64>(&job.object);
-        let view = View::whole(job.width, job.height, job.fov_deg);
+        let Way { engine, sampling, reduction } = self.way;
+        let [width, height] = [job.width, job.height].map(|length| (length / reduction).max(1));
+        let view = View::whole(width, height, job.fov_deg);
         let illumination = job.illumination(Dialect::Auto);
-        let result = match self.engine {
-            Engine::Interpreter => {
-                let worker = || InterpSurfaces::new(job.program, &surfaces, LIMITS);
-                renderer::render(&scene, &illumination, &view, worker, &|_| {})
-            }
-            Engine::Native => {
-                let shaders = Shaders::new(job.program, &surfaces, LIMITS, Tiering::Eager);
-                self.reports.extend(shaders.report());
-                renderer::render(&scene, &illumination, &view, || shaders.worker(), &|_| {})
-            }
+        let tiering = match engine {
+            Engine::Tiered => Tiering::Hot,
+            _ => Tiering::Eager,
+        };
+        let result = if engine == Engine::Interpreter {
+            let worker = || InterpSurfaces::new(job.program, &surfaces, LIMITS);
+            sample(&scene, &illumination, &view, sampling, worker, &|_| {})
+        } else {
+            let shaders = Shaders::new(job.program, &surfaces, LIMITS, tiering);
+            self.reports.extend(shaders.report());
+            sample(&scene, &illumination, &view, sampling, || shaders.worker(), &|_| {})
         };
         let (image, counts) =
             result.map_err(|failure| Box::new(failure.error.into_diagnostic()))?;
@@ -73,6 +88,15 @@ pub(crate) fn render_text(path: &Path, text: &str) -> Result<Vec<Rendered>, Stri
 /// The images of a program by an engine, and how each surface was evaluated.
 pub(crate) fn render_by(
     engine: Engine,
+    path: &Path,
+    text: &str,
+) -> Result<(Vec<Rendered>, Vec<SurfaceReport>), String> {
+    render_in(Way { engine, sampling: Sampling::Centre, reduction: 1 }, path, text)
+}
+
+/// The same in any way.
+pub(crate) fn render_in(
+    way: Way,
     path: &Path,
     text: &str,
 ) -> Result<(Vec<Rendered>, Vec<SurfaceReport>), String> {
@@ -93,7 +117,7 @@ pub(crate) fn render_by(
     let bytecode = compiler::compile(&mut sources, file, &mut Beside, &[])
         .map_err(|diagnostics| told(&sources, &diagnostics[0]))?;
     let program = Arc::new(LoadedProgram::new(bytecode));
-    let mut host = InMemory { engine, images: Vec::new(), reports: Vec::new() };
+    let mut host = InMemory { way, images: Vec::new(), reports: Vec::new() };
     match Machine::new(&program, LIMITS).run(&mut host) {
         Ok(_) => Ok((host.images, host.reports)),
         Err(error) => Err(told(&sources, &error.into_diagnostic())),

@@ -9,6 +9,7 @@ use compiler::op::{Operator, Type};
 use compiler::scalar::{self, Fault, Operands};
 use compiler::{for_each_scalar, scalar_operand, scalar_result};
 
+use crate::decision::decision;
 use crate::dispatch::dispatch;
 use crate::display;
 use crate::error::Problem;
@@ -33,8 +34,12 @@ fn mismatch(op: Operator, operands: &[Word]) -> Problem {
 
 impl Machine<'_> {
     /// Runs `self.closure` until it returns. When something goes wrong, it is the closure that was
-    /// running then, and `frames` and `stopped_at` tell the rest.
-    pub(crate) fn execute(&mut self, mut host: Option<&mut dyn Host>) -> Result<(), Box<Problem>> {
+    /// running then, and `frames` and `stopped_at` tell the rest. Its decisions are added to the
+    /// signature if it is to be SIGNED.
+    pub(crate) fn execute<const SIGNED: bool>(
+        &mut self,
+        mut host: Option<&mut dyn Host>,
+    ) -> Result<(), Box<Problem>> {
         let program = self.program;
         let functions = &program.functions[..];
         let mut base = 0;
@@ -123,6 +128,14 @@ impl Machine<'_> {
                 }
             };
         }
+        // Adds a decision to the signature, if that is asked for.
+        macro_rules! sign {
+            ($decision:expr) => {
+                if SIGNED {
+                    self.signature = self.signature.with($decision);
+                }
+            };
+        }
         // The closure in a register, to be called.
         macro_rules! callee {
             ($register:expr) => {{
@@ -142,6 +155,9 @@ impl Machine<'_> {
                 };
             }
             advance!();
+            if SIGNED && let Some(decision) = decision(step, &frame, accumulator) {
+                sign!(decision);
+            }
 
             macro_rules! register {
                 (imm) => {
@@ -192,8 +208,11 @@ impl Machine<'_> {
             macro_rules! jump_unless {
                 ($result:expr) => {
                     match $result {
-                        Ok(true) => {}
-                        Ok(false) => skip!(step.imm as usize),
+                        Ok(true) => sign!(1),
+                        Ok(false) => {
+                            sign!(0);
+                            skip!(step.imm as usize)
+                        }
                         Err(fault) => trap_scalar!(Some(fault)),
                     }
                 };

@@ -5,6 +5,7 @@
 //! and no native code.
 #![forbid(unsafe_code)]
 
+mod decision;
 mod dispatch;
 pub mod display;
 pub mod error;

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use compiler::bytecode::Origin;
 use compiler::diagnostic::TraceEntry;
+use renderer::signature::Signature;
 
 use crate::error::{Error, Problem};
 use crate::exchange::Imports;
@@ -71,6 +72,8 @@ pub struct Machine<'p> {
     pub(crate) room: u64,
     /// The instruction last begun, written when something goes wrong.
     pub(crate) stopped_at: usize,
+    /// What has been decided so far, where that is asked for.
+    pub(crate) signature: Signature,
 }
 
 impl<'p> Machine<'p> {
@@ -95,6 +98,7 @@ impl<'p> Machine<'p> {
             fuel: limits.fuel,
             room: limits.max_memory,
             stopped_at: 0,
+            signature: Signature::NONE,
         }
     }
 
@@ -104,18 +108,18 @@ impl<'p> Machine<'p> {
     /// The first run-time error.
     pub fn run(mut self, host: &mut dyn Host) -> Result<Vec<Value>, Box<Error>> {
         let main = self.heap.closure(self.program.bytecode.main(), 0);
-        self.call(main, Some(host))?;
+        self.call::<false>(main, Some(host))?;
         Ok(self.take_values(0))
     }
 
-    /// Calls a closure on the stack as it is.
-    pub(crate) fn call(
+    /// Calls a closure on the stack as it is; adds its decisions to the signature if it is to be SIGNED.
+    pub(crate) fn call<const SIGNED: bool>(
         &mut self,
         closure: Word,
         host: Option<&mut dyn Host>,
     ) -> Result<(), Box<Error>> {
         self.closure = closure.address();
-        self.execute(host).map_err(|problem| self.error(*problem))
+        self.execute::<SIGNED>(host).map_err(|problem| self.error(*problem))
     }
 
     /// Takes all values from index `from` on off the stack, bottom first.

@@ -8,6 +8,7 @@ use glam::DVec3;
 use renderer::numeric::real::Real;
 use renderer::object::Object;
 use renderer::scene::Scene;
+use renderer::signature::Signature;
 use renderer::surface::{
     Bounded, BoundedPoint, BoundedSample, Locate, LocateBounded, Needs, SurfaceEval, SurfaceId,
     SurfacePoint, SurfaceSample,
@@ -53,6 +54,15 @@ impl<'p> InterpSurfaces<'p> {
         InterpSurfaces { machine, surfaces }
     }
 
+    /// The index of a surface function that the machine has.
+    fn imported(&mut self, surface: SurfaceId) -> usize {
+        let index = surface.0 as usize;
+        if self.machine.surfaces[index].tag != Tag::Closure {
+            self.machine.surfaces[index] = self.machine.import(&self.surfaces[index]);
+        }
+        index
+    }
+
     /// The fuel that the last call has used up: how long it took, roughly.
     #[must_use]
     pub fn fuel_used(&self) -> u64 {
@@ -64,11 +74,19 @@ impl SurfaceEval for InterpSurfaces<'_> {
     type Error = Box<Error>;
 
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
-        let index = surface.0 as usize;
-        if self.machine.surfaces[index].tag != Tag::Closure {
-            self.machine.surfaces[index] = self.machine.import(&self.surfaces[index]);
-        }
-        self.machine.surface_at(index, at.locate(Needs::ALL))
+        let index = self.imported(surface);
+        self.machine.surface_at::<false>(index, at.locate(Needs::ALL))
+    }
+
+    fn eval_signed(
+        &mut self,
+        surface: SurfaceId,
+        at: &impl Locate,
+    ) -> Result<(SurfaceSample, Signature), Box<Error>> {
+        let index = self.imported(surface);
+        self.machine.signature = Signature::NONE;
+        let sample = self.machine.surface_at::<true>(index, at.locate(Needs::ALL))?;
+        Ok((sample, self.machine.signature))
     }
 
     fn eval_bounded(
@@ -121,15 +139,19 @@ impl Machine<'_> {
         self.surfaces.truncate(0);
         let word = self.import(&closure);
         self.surfaces.push(word);
-        self.surface_at(0, at)
+        self.surface_at::<false>(0, at)
     }
 
-    fn surface_at(&mut self, index: usize, at: SurfacePoint) -> Result<SurfaceSample, Box<Error>> {
+    fn surface_at<const SIGNED: bool>(
+        &mut self,
+        index: usize,
+        at: SurfacePoint,
+    ) -> Result<SurfaceSample, Box<Error>> {
         self.reset();
         let face = Word::from_int(i64::from(at.face));
         let arguments = [face, Word::from_real(at.u), Word::from_real(at.v)];
         self.stack.push::<3>().iter_mut().zip(&arguments).for_each(|(slot, word)| slot.set(word));
-        self.call(self.surfaces[index], None)?;
+        self.call::<SIGNED>(self.surfaces[index], None)?;
         if let Some(sample) = sample(self.stack.as_slice()) {
             return Ok(sample);
         }

@@ -19,7 +19,9 @@ mod operators;
 use std::collections::HashMap;
 
 use crate::bounded::exact::Inexact;
-use crate::sir::{Block, BlockData, Body, Inst, Routine, Shader, Site, Term, Type, U, V, Val};
+use crate::sir::{
+    Block, BlockData, Body, Inst, Routine, Shader, Site, Term, Type, U, V, Val, Version,
+};
 
 /// What stands for a value of the plain shader.
 #[derive(Clone, Copy)]
@@ -52,7 +54,7 @@ pub(crate) fn bounded(shader: &Shader, is_unknown: [bool; 2]) -> Shader {
         tables: shader.tables.clone(),
         n_uniforms: shader.n_uniforms,
         functions: shader.functions.clone(),
-        is_bounded: true,
+        version: Version::Bounded,
     }
 }
 
@@ -204,7 +206,9 @@ impl<'b> Bounding<'b> {
             }
             Inst::Entry { table, index } => Inst::Entry { table, index: self.centre(index) },
             Inst::Real(_) | Inst::Int(_) | Inst::Bool(_) => *inst,
-            Inst::Abs(_) | Inst::Require(..) => unreachable!("plain shaders have none"),
+            Inst::Abs(_) | Inst::Require(..) | Inst::Decided(_) => {
+                unreachable!("plain shaders have none")
+            }
         };
         Pair { centre: self.emit(ty, inst), radius: None }
     }

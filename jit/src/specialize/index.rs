@@ -19,12 +19,13 @@ impl Specializer<'_> {
         array: u8,
         index: u8,
     ) -> Run<Option<State>> {
+        if let Sym::Choice(tag, alternatives) = state.get(array) {
+            let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
+            return self.each(state, array, tag, &alternatives, stop);
+        }
         let index_sym = state.get(index);
+        self.decided(&index_sym);
         let found = match (state.get(array), &index_sym) {
-            (Sym::Choice(tag, alternatives), _) => {
-                let stop = Stop { depth: state.frames.len(), pc: Some(state.top().pc) };
-                return self.each(state, array, tag, &alternatives, stop);
-            }
             (Sym::Array(elements), Sym::Int(Num::Const(index))) => {
                 match usize::try_from(*index).ok().filter(|index| *index < elements.len()) {
                     Some(index) => elements.get(index),

@@ -35,6 +35,7 @@ use crate::outline::Outline;
 use crate::simplify::simplify;
 use crate::sir::{
     Block, BlockData, Body, Inst, N_ARGUMENTS, Routine, Shader, Site, Table, Term, Type, Val,
+    Version,
 };
 use crate::specialize::path::Path;
 use crate::specialize::routines::Record;
@@ -59,12 +60,16 @@ const STEP_VALUES: usize = 16;
 /// So often a function is entered within itself, with forks in between, before it is a routine.
 const MAX_UNROLLED: usize = 6;
 
-/// Specializes a closure for its outline.
+/// Specializes a closure for its outline, as a plain shader or a signed one.
 ///
 /// # Errors
 /// Why it is declined.
-pub(crate) fn specialize(program: &Program, outline: &Outline) -> Result<Shader, Unsupported> {
-    let mut specializer = Specializer::new(program, outline);
+pub(crate) fn specialize(
+    program: &Program,
+    outline: &Outline,
+    version: Version,
+) -> Result<Shader, Unsupported> {
+    let mut specializer = Specializer::new(program, outline, version);
     for _ in 0..MAX_RESTARTS {
         match specializer.run_surface(outline) {
             Ok(()) => return Ok(specializer.finish(outline)),
@@ -152,6 +157,7 @@ struct Stop {
 
 struct Specializer<'p> {
     program: &'p Program,
+    version: Version,
     work: Work,
     site: Site,
     /// Views of arrays, by address; their offsets mean nothing.
@@ -201,9 +207,10 @@ enum ConstKey {
 }
 
 impl<'p> Specializer<'p> {
-    fn new(program: &'p Program, outline: &Outline) -> Self {
+    fn new(program: &'p Program, outline: &Outline, version: Version) -> Self {
         Specializer {
             program,
+            version,
             work: Work::new(Vec::new(), HashMap::new(), false),
             site: Site { function: outline.function, pc: 0 },
             views: HashMap::new(),
@@ -228,7 +235,7 @@ impl<'p> Specializer<'p> {
             tables: self.tables,
             n_uniforms: outline.uniforms.len() as u32,
             functions: self.functions,
-            is_bounded: false,
+            version: self.version,
         }
     }
 
@@ -492,6 +499,16 @@ impl<'p> Specializer<'p> {
         match num {
             Num::Const(value) => self.constant(ConstKey::Bool(value)),
             Num::Ssa(val) => val,
+        }
+    }
+
+    /// Notes a decision of the function, known or not, if it is to be signed.
+    fn decided(&mut self, decision: &Sym) {
+        if self.version == Version::Signed
+            && let Some(val) = self.val(decision)
+        {
+            let ty = self.work.body.type_of(val);
+            self.emit(ty, Inst::Decided(val));
         }
     }
 

@@ -248,6 +248,7 @@ impl Specializer<'_> {
         condition: Num<bool>,
         distance: u32,
     ) -> Run<Option<State>> {
+        self.decided(&Sym::Bool(condition));
         let target = state.top().pc + distance as usize;
         let condition = match condition {
             Num::Const(true) => return Ok(Some(state)),
@@ -285,6 +286,7 @@ impl Specializer<'_> {
             }
             return self.leave();
         }
+        self.decided(&operands[0]);
         let chosen = match condition {
             Num::Const(condition) => if *condition { yes } else { no }.clone(),
             _ if yes.is_same(no) => yes.clone(),
@@ -315,6 +317,11 @@ impl Specializer<'_> {
             registers.iter().map(|register| state.get(*register)).collect();
         operands.extend(constant.map(|index| self.constant_at(&state, index)));
         let Some(result) = self.operate(op, &operands) else { return self.leave() };
+        match op {
+            Operator::Floor => self.decided(&result),
+            Operator::Frac => self.decided(&operands[0]),
+            _ => {}
+        }
         if is_fused {
             let Sym::Bool(condition) = result else { return self.leave() };
             return self.branch(state, condition, insn.imm);

@@ -115,6 +115,7 @@ impl<'p> Variant<'p> {
             perf_map: false,
             economy: EconomyArgs::default(),
             picture: args.picture,
+            sampling: args.sampling,
             precision,
             certify: false,
             limits: args.limits,
@@ -177,6 +178,7 @@ impl<'p> Variant<'p> {
         let mut words = vec!["gmlvm".to_owned(), "run".to_owned(), scene.display().to_string()];
         words.extend(["--engine".to_owned(), self.args.engine.name().to_owned()]);
         words.extend(["-j".to_owned(), self.threads.current_num_threads().to_string()]);
+        words.extend(self.args.sampling.option());
         let mut option = |name: &str, value: Option<String>| {
             words.extend(value.map(|value| [name.to_owned(), value]).into_iter().flatten());
         };

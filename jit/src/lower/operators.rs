@@ -1,0 +1,120 @@
+//! Scalar operators: what `compiler::scalar` computes, as instructions.
+
+use compiler::op::Operator;
+use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
+use cranelift_codegen::ir::{self, AbiParam, InstBuilder, Signature, types};
+
+use crate::lower::Lowering;
+use crate::runtime;
+
+impl Lowering<'_, '_> {
+    pub(super) fn scalar(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
+        if let Some(function) = runtime::function(op) {
+            return self.call(function, a);
+        }
+        match op {
+            Operator::AddF => self.builder.ins().fadd(a, b),
+            Operator::SubF => self.builder.ins().fsub(a, b),
+            Operator::MulF => self.builder.ins().fmul(a, b),
+            Operator::DivF => self.builder.ins().fdiv(a, b),
+            Operator::NegF => self.builder.ins().fneg(a),
+            Operator::EqF => self.builder.ins().fcmp(FloatCC::Equal, a, b),
+            Operator::LessF => self.builder.ins().fcmp(FloatCC::LessThan, a, b),
+            Operator::EqI => self.builder.ins().icmp(IntCC::Equal, a, b),
+            Operator::LessI => self.builder.ins().icmp(IntCC::SignedLessThan, a, b),
+            Operator::RealOf => self.builder.ins().fcvt_from_sint(types::F64, a),
+            Operator::Frac => {
+                let whole = self.builder.ins().trunc(a);
+                let part = self.builder.ins().fsub(a, whole);
+                self.builder.ins().fcopysign(part, a)
+            }
+            Operator::ClampF => self.clamp(a),
+            Operator::Sqrt => {
+                let zero = self.builder.ins().f64const(0.0);
+                let is_negative = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
+                self.leave_if(is_negative);
+                self.builder.ins().sqrt(a)
+            }
+            Operator::Floor => self.floor(a),
+            Operator::AddI | Operator::SubI => self.add_or_sub(op, a, b),
+            Operator::MulI => self.multiply(a, b),
+            Operator::NegI => {
+                let is_least = self.builder.ins().icmp_imm_s(IntCC::Equal, a, i64::MIN);
+                self.leave_if(is_least);
+                self.builder.ins().ineg(a)
+            }
+            Operator::DivI | Operator::ModI => self.divide(op, a, b),
+            _ => unreachable!("the specializer performs {op:?} itself"),
+        }
+    }
+
+    fn call(&mut self, function: runtime::RealFn, argument: ir::Value) -> ir::Value {
+        let mut signature = Signature::new(self.call_conv);
+        signature.params.push(AbiParam::new(types::F64));
+        signature.returns.push(AbiParam::new(types::F64));
+        let signature = self.builder.import_signature(signature);
+        // An absolute address needs no relocation, however far away the code lies.
+        let address = self.builder.ins().iconst(self.pointer, function as usize as i64);
+        let call = self.builder.ins().call_indirect(signature, address, &[argument]);
+        self.builder.inst_results(call)[0]
+    }
+
+    fn clamp(&mut self, a: ir::Value) -> ir::Value {
+        let zero = self.builder.ins().f64const(0.0);
+        let one = self.builder.ins().f64const(1.0);
+        let is_above = self.builder.ins().fcmp(FloatCC::GreaterThan, a, one);
+        let at_most_one = self.builder.ins().select(is_above, one, a);
+        let is_below = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
+        self.builder.ins().select(is_below, zero, at_most_one)
+    }
+
+    fn floor(&mut self, a: ir::Value) -> ir::Value {
+        let below = self.builder.ins().floor(a);
+        let low = self.builder.ins().f64const(-9_223_372_036_854_775_808.0);
+        let high = self.builder.ins().f64const(9_223_372_036_854_775_808.0);
+        // Written so that NaN is out of range too.
+        let reaches = self.builder.ins().fcmp(FloatCC::GreaterThanOrEqual, below, low);
+        let fits = self.builder.ins().fcmp(FloatCC::LessThan, below, high);
+        let is_in = self.builder.ins().band(reaches, fits);
+        let is_out = self.builder.ins().icmp_imm_s(IntCC::Equal, is_in, 0);
+        self.leave_if(is_out);
+        self.builder.ins().fcvt_to_sint_sat(types::I64, below)
+    }
+
+    fn add_or_sub(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
+        // It overflows if the result's sign differs from both operands' (of -b, for a - b).
+        let (result, other_sign) = if op == Operator::AddI {
+            let result = self.builder.ins().iadd(a, b);
+            (result, self.builder.ins().bxor(b, result))
+        } else {
+            let result = self.builder.ins().isub(a, b);
+            (result, self.builder.ins().bxor(a, b))
+        };
+        let sign = self.builder.ins().bxor(a, result);
+        let both = self.builder.ins().band(sign, other_sign);
+        let overflows = self.builder.ins().icmp_imm_s(IntCC::SignedLessThan, both, 0);
+        self.leave_if(overflows);
+        result
+    }
+
+    fn multiply(&mut self, a: ir::Value, b: ir::Value) -> ir::Value {
+        let low = self.builder.ins().imul(a, b);
+        let high = self.builder.ins().smulhi(a, b);
+        let sign = self.builder.ins().sshr_imm_s(low, 63);
+        let overflows = self.builder.ins().icmp(IntCC::NotEqual, high, sign);
+        self.leave_if(overflows);
+        low
+    }
+
+    fn divide(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
+        // By 0 there is no result, and by -1 it may overflow: -1 <= b <= 0, moved to start at 0.
+        let moved = self.builder.ins().iadd_imm_s(b, 1);
+        let is_special = self.builder.ins().icmp_imm_s(IntCC::UnsignedLessThanOrEqual, moved, 1);
+        self.leave_if(is_special);
+        if op == Operator::DivI {
+            self.builder.ins().sdiv(a, b)
+        } else {
+            self.builder.ins().srem(a, b)
+        }
+    }
+}
