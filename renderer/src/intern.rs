@@ -163,6 +163,7 @@ impl Quadric {
 
 #[cfg(test)]
 mod tests {
+    use crate::placement::Turns;
     use glam::DVec3;
 
     use super::*;
@@ -173,7 +174,11 @@ mod tests {
         let kinds: Vec<_> = shapes.iter().map(|(kind, _)| *kind).collect();
         let place = |ops: &[TransformOp]| {
             let identity = Placement::identity();
-            Rc::new(ops.iter().rev().fold(identity, |outer, &op| outer.of_transformed(op)))
+            Rc::new(
+                ops.iter()
+                    .rev()
+                    .fold(identity, |outer, &op| outer.of_transformed(op, &mut Turns::default())),
+            )
         };
         let placements: Vec<_> = shapes.iter().map(|(_, ops)| place(ops)).collect();
         face_surfaces(&kinds, &placements)

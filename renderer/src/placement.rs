@@ -5,6 +5,8 @@
 //! moved by 1e7, turned and moved back comes out exact to the last bit of a double. The bounds tell
 //! which entries are 0 and which surfaces are the same, so that no tolerance is guessed.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use crate::numeric::affine::Affine;
@@ -42,7 +44,7 @@ impl Placement {
     }
 
     /// The placement of what is inside an object that is transformed by `op` and then placed here.
-    pub(crate) fn of_transformed(&self, op: TransformOp) -> Self {
+    pub(crate) fn of_transformed(&self, op: TransformOp, turns: &mut Turns) -> Self {
         let (forward, inverse) = match op {
             TransformOp::Translate(by) => (Bounded::translation(by), Bounded::translation(-by)),
             TransformOp::Scale(by) => {
@@ -52,9 +54,9 @@ impl Placement {
                     Bounded::diagonal(factors.map(|s| Dd::ONE / s), DD_ERROR),
                 )
             }
-            TransformOp::RotateX(angle) => rotation(angle, 1, 2),
-            TransformOp::RotateY(angle) => rotation(angle, 2, 0),
-            TransformOp::RotateZ(angle) => rotation(angle, 0, 1),
+            TransformOp::RotateX(angle) => rotation(turns.sin_cos(angle), 1, 2),
+            TransformOp::RotateY(angle) => rotation(turns.sin_cos(angle), 2, 0),
+            TransformOp::RotateZ(angle) => rotation(turns.sin_cos(angle), 0, 1),
         };
         Placement {
             world_from_object: self.world_from_object.after(&forward),
@@ -63,9 +65,18 @@ impl Placement {
     }
 }
 
-/// The rotation from axis `i` toward axis `j`, and its inverse.
-fn rotation(angle: f64, i: usize, j: usize) -> (Bounded, Bounded) {
-    let (sin, cos) = Dd::sin_cos_degrees(angle);
+/// Sines and cosines of the angles of a scene, which come again with each place of a shared solid.
+#[derive(Debug, Default)]
+pub(crate) struct Turns(HashMap<u64, (Dd, Dd)>);
+
+impl Turns {
+    fn sin_cos(&mut self, angle: f64) -> (Dd, Dd) {
+        *self.0.entry(angle.to_bits()).or_insert_with(|| Dd::sin_cos_degrees(angle))
+    }
+}
+
+/// The rotation by an angle from axis `i` toward axis `j`, and its inverse.
+fn rotation((sin, cos): (Dd, Dd), i: usize, j: usize) -> (Bounded, Bounded) {
     let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
     let turn = |sin: Dd| {
         let mut map = Bounded::diagonal([Dd::ONE; 3], 0.0);
@@ -125,8 +136,15 @@ impl Bounded {
                 for k in 0..3 {
                     let (a, b) = (self.entries[row][k], first.entries[k][column]);
                     let (a_size, b_size) = (a.abs().to_f64(), b.abs().to_f64());
+                    let (a_error, b_error) = (self.errors[row][k], first.errors[k][column]);
+                    // Most entries are 0 exactly; a product with one adds nothing.
+                    let is_zero = a_size + a_error == 0.0 && (b_size + b_error).is_finite()
+                        || b_size + b_error == 0.0 && (a_size + a_error).is_finite();
+                    if is_zero {
+                        continue;
+                    }
                     sum = sum + a * b;
-                    error += self.errors[row][k] * b_size + a_size * first.errors[k][column];
+                    error += a_error * b_size + a_size * b_error;
                     size += a_size * b_size;
                 }
                 if column == 3 {
@@ -162,7 +180,9 @@ mod tests {
 
     fn placed(ops: &[TransformOp]) -> Placement {
         // What is applied first is innermost.
-        ops.iter().rev().fold(Placement::identity(), |outer, &op| outer.of_transformed(op))
+        let mut turns = Turns::default();
+        let place = |outer: Placement, &op| outer.of_transformed(op, &mut turns);
+        ops.iter().rev().fold(Placement::identity(), place)
     }
 
     #[test]
