@@ -163,11 +163,11 @@ impl Quadric {
 
 #[cfg(test)]
 mod tests {
-    use crate::placement::Turns;
     use glam::DVec3;
 
     use super::*;
     use crate::object::TransformOp;
+    use crate::placement::Turns;
 
     /// The surfaces of all faces of shapes with these transforms.
     fn surfaces(shapes: &[(ShapeKind, &[TransformOp])]) -> (Vec<u32>, u32) {
