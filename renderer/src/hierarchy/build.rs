@@ -91,13 +91,13 @@ fn subtree(items: &mut [Item], depth: usize) -> Subtree {
 }
 
 fn join(halves: [Subtree; 2], bounds: Box32) -> Subtree {
-    let mut nodes =
-        Vec::with_capacity(1 + halves.iter().map(|half| half.nodes.len()).sum::<usize>());
+    let n_nodes = 1 + halves.iter().map(|half| half.nodes.len()).sum::<usize>();
+    let mut nodes = Vec::with_capacity(n_nodes);
     nodes.push(Pair([0, 1].map(|side| (halves[side].bounds, halves[side].child))));
     for (side, half) in halves.into_iter().enumerate() {
         let offset = nodes.len() as u32;
+        nodes[0].0[side].1 = half.child.moved(offset);
         let moved = |(bounds, child): (Box32, Child)| (bounds, child.moved(offset));
-        nodes[0].0[side] = moved(nodes[0].0[side]);
         nodes.extend(half.nodes.into_iter().map(|Pair(children)| Pair(children.map(moved))));
     }
     Subtree { nodes, child: Child::Node(0), bounds }
