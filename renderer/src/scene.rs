@@ -330,7 +330,6 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             .leaves
             .last()
             .map_or(0, |leaf| leaf.first_face + shape::forms(leaf.kind).len() as u32);
-        let world_from_object: Affine<R> = placement.world_from_object.rounded();
         let object_from_world: Affine<R> = placement.object_from_world.rounded();
         let eye = placement.object_from_world.rounded::<Ball<Dd>>().point(camera::eye());
         self.scene.leaves.push(Leaf {
@@ -338,7 +337,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             surface,
             node,
             first_face,
-            world_from_object,
+            world_from_object: placement.world_from_object.rounded(),
             object_from_world,
             linear_size: object_from_world.rows.iter().map(row_size).fold(0.0, f64::max),
             shift_size: object_from_world.shift.max_norm().to_f64(),
