@@ -279,6 +279,21 @@ fn size_region_and_threads() {
 }
 
 #[test]
+fn a_plan_is_explained_and_can_be_switched_off() {
+    let sandbox = Sandbox::new();
+    sandbox.file("a.gml", ball("a.ppm"));
+    let plain = sandbox.run(&["a.gml", "--output", "-"]);
+    let off = sandbox.run(&["a.gml", "--output", "-", "--plan", "off"]);
+    let explained = sandbox.run(&["a.gml", "--output", "-", "--explain"]);
+    assert!(plain.stdout == off.stdout && plain.stdout == explained.stdout);
+    assert!(explained.stderr.contains(" rays from the eye, "), "{}", explained.stderr);
+    let omissions = explained.stderr.lines().filter(|line| line.contains("  without "));
+    assert!(omissions.count() >= 3, "{}", explained.stderr);
+    let both = sandbox.run(&["a.gml", "--explain", "--plan", "off"]);
+    assert!(both.code == 2, "{}", both.stderr);
+}
+
+#[test]
 fn statistics_are_json() {
     let sandbox = Sandbox::new();
     sandbox.file("s.gml", ball("a.ppm") + &ball("b.ppm"));

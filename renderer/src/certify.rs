@@ -10,7 +10,7 @@ use crate::numeric::ball::Ball;
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
-use crate::plan::Use;
+use crate::plan::{Omissions, Use};
 use crate::render::{Failure, pixels};
 use crate::scene::Scene;
 use crate::shade::{Doubt, Illumination, RayCounts, Shader};
@@ -45,6 +45,14 @@ impl CertainScene {
     /// Makes it of the same scene in both.
     #[must_use]
     pub fn new(quick: Scene<Ball<f64>>, exact: Scene<Ball<Dd>>) -> Self {
+        CertainScene { quick, exact }
+    }
+
+    /// As [`Scene::leaving_out`].
+    #[must_use]
+    pub fn leaving_out(self, omissions: Omissions) -> Self {
+        let CertainScene { quick, exact } = self;
+        let (quick, exact) = (quick.leaving_out(omissions), exact.leaving_out(omissions));
         CertainScene { quick, exact }
     }
 

@@ -180,13 +180,18 @@ mod tests {
 
     use super::*;
     use crate::object::TransformOp;
+    use crate::placement::Turns;
 
     /// The surfaces of all faces of shapes with these transforms.
     fn surfaces(shapes: &[(ShapeKind, &[TransformOp])]) -> (Vec<u32>, u32) {
         let kinds: Vec<_> = shapes.iter().map(|(kind, _)| *kind).collect();
         let place = |ops: &[TransformOp]| {
             let identity = Placement::identity();
-            Rc::new(ops.iter().rev().fold(identity, |outer, &op| outer.of_transformed(op)))
+            Rc::new(
+                ops.iter()
+                    .rev()
+                    .fold(identity, |outer, &op| outer.of_transformed(op, &mut Turns::default())),
+            )
         };
         let placements: Vec<_> = shapes.iter().map(|(_, ops)| place(ops)).collect();
         face_surfaces(&kinds, &placements)

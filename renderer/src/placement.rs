@@ -5,6 +5,8 @@
 //! moved by 1e7, turned and moved back comes out exact to the last bit of a double. The bounds tell
 //! which entries are 0 and which surfaces are the same, so that no tolerance is guessed.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use crate::numeric::affine::Affine;
@@ -42,7 +44,7 @@ impl Placement {
     }
 
     /// The placement of what is inside an object that is transformed by `op` and then placed here.
-    pub(crate) fn of_transformed(&self, op: TransformOp) -> Self {
+    pub(crate) fn of_transformed(&self, op: TransformOp, turns: &mut Turns) -> Self {
         let (forward, inverse) = match op {
             TransformOp::Translate(by) => (Bounded::translation(by), Bounded::translation(-by)),
             TransformOp::Scale(by) => {
@@ -52,9 +54,9 @@ impl Placement {
                     Bounded::diagonal(factors.map(|s| Dd::ONE / s), DD_ERROR),
                 )
             }
-            TransformOp::RotateX(angle) => rotation(angle, 1, 2),
-            TransformOp::RotateY(angle) => rotation(angle, 2, 0),
-            TransformOp::RotateZ(angle) => rotation(angle, 0, 1),
+            TransformOp::RotateX(angle) => rotation(turns.sin_cos(angle), 1, 2),
+            TransformOp::RotateY(angle) => rotation(turns.sin_cos(angle), 2, 0),
+            TransformOp::RotateZ(angle) => rotation(turns.sin_cos(angle), 0, 1),
         };
         Placement {
             world_from_object: self.world_from_object.after(&forward),
@@ -63,9 +65,18 @@ impl Placement {
     }
 }
 
-/// The rotation from axis `i` toward axis `j`, and its inverse.
-fn rotation(angle: f64, i: usize, j: usize) -> (Bounded, Bounded) {
-    let (sin, cos) = Dd::sin_cos_degrees(angle);
+/// Sines and cosines of the angles of a scene, which come again with each place of a shared solid.
+#[derive(Debug, Default)]
+pub(crate) struct Turns(HashMap<u64, (Dd, Dd)>);
+
+impl Turns {
+    fn sin_cos(&mut self, angle: f64) -> (Dd, Dd) {
+        *self.0.entry(angle.to_bits()).or_insert_with(|| Dd::sin_cos_degrees(angle))
+    }
+}
+
+/// The rotation by an angle from axis `i` toward axis `j`, and its inverse.
+fn rotation((sin, cos): (Dd, Dd), i: usize, j: usize) -> (Bounded, Bounded) {
     let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
     let turn = |sin: Dd| {
         let mut map = Bounded::diagonal([Dd::ONE; 3], 0.0);
@@ -212,7 +223,9 @@ mod tests {
 
     fn placed(ops: &[TransformOp]) -> Placement {
         // What is applied first is innermost.
-        ops.iter().rev().fold(Placement::identity(), |outer, &op| outer.of_transformed(op))
+        let mut turns = Turns::default();
+        let place = |outer: Placement, &op| outer.of_transformed(op, &mut turns);
+        ops.iter().rev().fold(Placement::identity(), place)
     }
 
     #[test]

@@ -1,11 +1,12 @@
 //! What of the model a scene does without.
 //!
 //! Most scenes use little of what the tracer can do. Before an image is traced, the parts that it has
-//! no use for are found and left out: each by a proof that no pixel changes by a bit, which stands
-//! beside the code. They can be switched off one by one, to check that and to see what each saves.
+//! no use for are found and left out, where no pixel changes by a bit; why, stands beside the code.
+//! Each omission can be undone alone, to check that and to see what it saves.
 
 use crate::light::Light;
 use crate::numeric::real::Real;
+use crate::object::ShapeKind;
 use crate::scene::{Component, Scene};
 use crate::shade::Illumination;
 
@@ -76,7 +77,7 @@ pub struct Use {
     pub unturned: usize,
     /// Planes.
     pub planes: usize,
-    /// Lights that have a direction and a colour.
+    /// Lights.
     pub lights: usize,
     /// Of these, those that are infinitely far away.
     pub directional: usize,
@@ -96,7 +97,7 @@ impl Use {
         }
         for leaf in &scene.leaves {
             used.unturned += usize::from(leaf.is_unturned);
-            used.planes += usize::from(leaf.kind == crate::object::ShapeKind::Plane);
+            used.planes += usize::from(leaf.kind == ShapeKind::Plane);
         }
         let fades = !illumination.attenuation.is_constant();
         for light in &illumination.lights {

@@ -20,7 +20,7 @@ use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::{NodeKind, Object, SetOp, ShapeKind};
-use crate::placement::Placement;
+use crate::placement::{Placement, Turns};
 use crate::plan::{Omissions, Part};
 use crate::ray::{Conditioning, Ray};
 use crate::shape;
@@ -131,6 +131,7 @@ impl<R: Real> Scene<R> {
                 omissions: Omissions::ALL,
             },
             placements: Vec::new(),
+            turns: Turns::default(),
             n_trees: 0,
             tasks: vec![Task {
                 object,
@@ -256,6 +257,7 @@ struct Task<'o, S> {
 struct Flattening<'o, S, R> {
     scene: Scene<R>,
     placements: Vec<Rc<Placement>>,
+    turns: Turns,
     n_trees: u32,
     /// What is left to do, the next last.
     tasks: Vec<Task<'o, S>>,
@@ -267,7 +269,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
         match object.kind() {
             NodeKind::Shape(kind, surface) => self.leaf(*kind, intern(surface), placement, above),
             NodeKind::Transformed(op) => {
-                let placement = Rc::new(placement.of_transformed(*op));
+                let placement = Rc::new(placement.of_transformed(*op, &mut self.turns));
                 let inner = object.children().next().expect("a transform has an operand");
                 self.tasks.push(Task { object: inner, placement, above });
             }
@@ -328,7 +330,6 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             .leaves
             .last()
             .map_or(0, |leaf| leaf.first_face + shape::forms(leaf.kind).len() as u32);
-        let world_from_object: Affine<R> = placement.world_from_object.rounded();
         let object_from_world: Affine<R> = placement.object_from_world.rounded();
         let eye = placement.object_from_world.rounded::<Ball<Dd>>().point(camera::eye());
         self.scene.leaves.push(Leaf {
@@ -336,7 +337,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             surface,
             node,
             first_face,
-            world_from_object,
+            world_from_object: placement.world_from_object.rounded(),
             object_from_world,
             linear_size: object_from_world.rows.iter().map(row_size).fold(0.0, f64::max),
             shift_size: object_from_world.shift.max_norm().to_f64(),

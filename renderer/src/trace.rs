@@ -72,7 +72,8 @@ impl<R: Real> Leaf<R> {
         Crossing { t: end.t, tolerance, leaf: index, root: end.root, entering }
     }
 
-    /// Whether a ray surely has no entry that matters, by what takes less than its whole span.
+    /// Whether a ray surely has no entry that matters, by what takes less than its whole span: the
+    /// height above a plane and how it changes along the ray, which the full test computes alike.
     #[inline(always)]
     fn is_surely_missed<const OUTSIDE: bool>(&self, index: u32, reach: &Reach<'_, R>) -> bool {
         let ray = reach.ray;
@@ -90,9 +91,12 @@ impl<R: Real> Leaf<R> {
         };
         let rise = row.dot(ray.dir);
         if height.is_surely_positive() {
+            // Away from the plane, or not down to it before all that matters has ended, with room
+            // for ties, beside which the rounding of this sum is nothing.
             rise.is_surely_positive()
                 || rise.mul_add(R::from_f64(reach.t_end), height).is_surely_positive()
         } else {
+            // The plane is met at a `t` that is not above 0, which is no entry ahead.
             OUTSIDE && (rise.is_surely_positive() || (-height).is_surely_positive())
         }
     }
@@ -135,8 +139,8 @@ impl<R: Real> Scene<R> {
         Some(LeafSpan { enter: crossing(span.enter, true), exit: crossing(span.exit, false) })
     }
 
-    /// Where a ray enters a leaf, if that lies ahead and no farther than anything matters;
-    /// breaks if the leaf holds the origin, unless the ray is known to start `OUTSIDE`.
+    /// Where a ray enters a leaf, if that lies ahead and not behind the end of its reach, where
+    /// nothing is first or ties with what is; breaks if the leaf holds the origin, unless the ray is known to start `OUTSIDE`.
     #[inline(always)]
     fn leaf_entry<const OUTSIDE: bool>(
         &self,

@@ -100,6 +100,13 @@ pub(crate) fn render_in(
     path: &Path,
     text: &str,
 ) -> Result<(Vec<Rendered>, Vec<SurfaceReport>), String> {
+    let mut host = InMemory { way, images: Vec::new(), reports: Vec::new() };
+    run(path, text, &mut host)?;
+    Ok((host.images, host.reports))
+}
+
+/// Runs a program, which `host` renders the images of.
+pub(crate) fn run(path: &Path, text: &str, host: &mut dyn Host) -> Result<(), String> {
     let mut sources = SourceMap::default();
     let file = sources
         .add(&path.display().to_string(), text.as_bytes().to_vec())
@@ -117,11 +124,8 @@ pub(crate) fn render_in(
     let bytecode = compiler::compile(&mut sources, file, &mut Beside, &[])
         .map_err(|diagnostics| told(&sources, &diagnostics[0]))?;
     let program = Arc::new(LoadedProgram::new(bytecode));
-    let mut host = InMemory { way, images: Vec::new(), reports: Vec::new() };
-    match Machine::new(&program, LIMITS).run(&mut host) {
-        Ok(_) => Ok((host.images, host.reports)),
-        Err(error) => Err(told(&sources, &error.into_diagnostic())),
-    }
+    let outcome = Machine::new(&program, LIMITS).run(host);
+    outcome.map(|_| ()).map_err(|error| told(&sources, &error.into_diagnostic()))
 }
 
 /// The images of a scene file.

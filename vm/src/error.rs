@@ -2,11 +2,15 @@
 
 use std::sync::Arc;
 
-use compiler::bytecode::Origin;
+use compiler::bytecode::{Format, Origin};
 use compiler::diagnostic::{Code, Diagnostic, Label, TraceEntry, grouped};
 use compiler::op::{Operator, Type};
 use compiler::scalar::Fault;
 use renderer::object::TransformError;
+
+use crate::display;
+use crate::machine::Machine;
+use crate::word::Word;
 
 /// What is wrong.
 #[derive(Clone, Debug)]
@@ -212,4 +216,45 @@ fn surface_result(origin: Origin, found: &[Type]) -> Diagnostic {
 /// `1 value`, `2 values`.
 fn count(n: usize, noun: &str) -> String {
     if n == 1 { format!("1 {noun}") } else { format!("{n} {noun}s") }
+}
+
+impl Problem {
+    /// An operator has got these operands.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn mismatch(op: Operator, operands: &[Word]) -> Problem {
+        Problem::Mismatch(op, operands.iter().map(|operand| operand.type_of()).collect())
+    }
+}
+
+impl Machine<'_> {
+    /// What is wrong with the operands of the scalar operator at which the machine has stopped.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn scalar_problem(
+        &self,
+        function: usize,
+        base: usize,
+        fault: Option<Fault>,
+    ) -> Box<Problem> {
+        let insn = self.program.bytecode.functions[function].code[self.stopped_at];
+        let r = |register: u8| self.registers.get(base + register as usize);
+        let k = |index: u32| self.program.functions[function].constants[index as usize];
+        let operands = match insn.op.format() {
+            Format::AB => vec![r(insn.b)],
+            Format::ABC => vec![r(insn.b), r(insn.c)],
+            Format::ABConstant => vec![r(insn.b), k(insn.imm)],
+            Format::ABJump => vec![r(insn.a), r(insn.b)],
+            Format::AKJump => vec![r(insn.a), k(u32::from(insn.b))],
+            _ => vec![r(insn.a), r(insn.b), r(insn.c)],
+        };
+        let op = insn.op.operator().expect("only scalar operators have such problems");
+        Box::new(match fault {
+            None => Problem::mismatch(op, &operands),
+            Some(fault) => {
+                let scalars = operands.iter().filter_map(|operand| operand.to_scalar());
+                Problem::Fault(op, fault, scalars.map(|scalar| display::to_text(&scalar)).collect())
+            }
+        })
+    }
 }

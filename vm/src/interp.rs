@@ -4,14 +4,13 @@
 //! (`r` from a register, `k` from the step, `acc` from the accumulator) and say what becomes of
 //! their results.
 
-use compiler::bytecode::{CaptureSource, Format};
+use compiler::bytecode::CaptureSource;
 use compiler::op::{Operator, Type};
-use compiler::scalar::{self, Fault, Operands};
+use compiler::scalar::{self, Operands};
 use compiler::{for_each_scalar, scalar_operand, scalar_result};
 
 use crate::decision::decision;
 use crate::dispatch::dispatch;
-use crate::display;
 use crate::error::Problem;
 use crate::host::Host;
 use crate::machine::{Frame, Limits, MIN_GROWTH, Machine};
@@ -24,12 +23,6 @@ use crate::word::{Tag, Word};
 
 macro_rules! with_further {
     ($($rows:tt)*) => { for_each_further!(dispatch, [$($rows)*]) };
-}
-
-#[cold]
-#[inline(never)]
-fn mismatch(op: Operator, operands: &[Word]) -> Problem {
-    Problem::Mismatch(op, operands.iter().map(|operand| operand.type_of()).collect())
 }
 
 impl Machine<'_> {
@@ -140,7 +133,7 @@ impl Machine<'_> {
         macro_rules! callee {
             ($register:expr) => {{
                 if frame.tag($register) != Tag::Closure {
-                    trap!(mismatch(Operator::Apply, &[frame.get($register)]))
+                    trap!(Problem::mismatch(Operator::Apply, &[frame.get($register)]))
                 }
                 check_memory!();
                 frame.get($register).address()
@@ -423,7 +416,7 @@ impl Machine<'_> {
                 }
                 Op::Get => {
                     if frame.tag(step.b) != Tag::Array || frame.tag(step.c) != Tag::Int {
-                        trap!(mismatch(Operator::Get, &[frame.get(step.b), frame.get(step.c)]))
+                        trap!(Problem::mismatch(Operator::Get, &[frame.get(step.b), frame.get(step.c)]))
                     }
                     let (array, index) = (frame.x(step.b) as usize, frame.x(step.c) as i64);
                     let Some(item) = self.heap.item(array, index) else {
@@ -434,7 +427,7 @@ impl Machine<'_> {
                 Op::Length => {
                     let array = frame.get(step.b);
                     if array.tag != Tag::Array {
-                        trap!(mismatch(Operator::Length, &[array]))
+                        trap!(Problem::mismatch(Operator::Length, &[array]))
                     }
                     frame.set(step.a, Word::from_int(self.heap.length(array.address()) as i64));
                 }
@@ -479,7 +472,7 @@ impl Machine<'_> {
                     let (Some(condition), Tag::Closure, Tag::Closure) =
                         (operands[0].as_bool(), operands[1].tag, operands[2].tag)
                     else {
-                        trap!(mismatch(Operator::If, &operands))
+                        trap!(Problem::mismatch(Operator::If, &operands))
                     };
                     frame.set(step.imm as u8, operands[if condition { 1 } else { 2 }]);
                 }
@@ -522,31 +515,6 @@ impl Machine<'_> {
             self.grow_registers(needed);
         }
         Ok(())
-    }
-
-    /// What is wrong with the operands of the scalar operator at which the machine has stopped.
-    #[cold]
-    #[inline(never)]
-    fn scalar_problem(&self, function: usize, base: usize, fault: Option<Fault>) -> Box<Problem> {
-        let insn = self.program.bytecode.functions[function].code[self.stopped_at];
-        let r = |register: u8| self.registers.get(base + register as usize);
-        let k = |index: u32| self.program.functions[function].constants[index as usize];
-        let operands = match insn.op.format() {
-            Format::AB => vec![r(insn.b)],
-            Format::ABC => vec![r(insn.b), r(insn.c)],
-            Format::ABConstant => vec![r(insn.b), k(insn.imm)],
-            Format::ABJump => vec![r(insn.a), r(insn.b)],
-            Format::AKJump => vec![r(insn.a), k(u32::from(insn.b))],
-            _ => vec![r(insn.a), r(insn.b), r(insn.c)],
-        };
-        let op = insn.op.operator().expect("only scalar operators have such problems");
-        Box::new(match fault {
-            None => mismatch(op, &operands),
-            Some(fault) => {
-                let scalars = operands.iter().filter_map(|operand| operand.to_scalar());
-                Problem::Fault(op, fault, scalars.map(|scalar| display::to_text(&scalar)).collect())
-            }
-        })
     }
 
     /// An array of what is on the stack from index `from` on.

@@ -4,7 +4,7 @@ use super::*;
 use crate::numeric::affine::Affine;
 use crate::numeric::vec3::Vec3;
 use crate::object::TransformOp;
-use crate::placement::Placement;
+use crate::placement::{Placement, Turns};
 
 use glam::DVec3;
 use proptest::prelude::*;
@@ -53,7 +53,7 @@ proptest! {
 
     #[test]
     fn boxes_are_tight(ops in prop::collection::vec(transform(), 0..6)) {
-        let placement = ops.iter().fold(Placement::identity(), |placement, op| placement.of_transformed(*op));
+        let placement = ops.iter().fold(Placement::identity(), |placement, op| placement.of_transformed(*op, &mut Turns::default()));
         let world_from_object: Affine<f64> = placement.world_from_object.rounded();
         let object_from_world: Affine<f64> = placement.object_from_world.rounded();
         for kind in KINDS {
