@@ -2,9 +2,11 @@
 
 use std::ffi::{OsStr, OsString};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 
+use crate::clean::clean;
 use crate::values::{self, Definition, Region, Size};
 
 pub(crate) use bench::BenchArgs;
@@ -13,12 +15,14 @@ pub(crate) use chart::ChartArgs;
 use chart::{CHART_ABOUT, CHART_EXAMPLES};
 use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
+pub(crate) use limits::{LimitArgs, TimeArgs};
 use stability::STABILITY_ABOUT;
 pub(crate) use stability::StabilityArgs;
 
 mod bench;
 mod chart;
 mod disasm;
+mod limits;
 mod stability;
 
 /// Compile, run, inspect and measure GML scenes.
@@ -43,7 +47,8 @@ Exit codes:
   3   an output could not be written
   4   a limit was reached
   5   refused: a file name outside the output directory
-  70  a bug in gmlvm";
+  70  a bug in gmlvm
+  130, 143, 129  ended by SIGINT, SIGTERM, SIGHUP";
 
 /// What all commands have in common.
 #[derive(Clone, Debug, clap::Args)]
@@ -109,6 +114,19 @@ pub(crate) enum Command {
     Explain(ExplainArgs),
 }
 
+impl Command {
+    /// What the command's time is limited to.
+    pub(crate) fn timeout(&self) -> Option<Duration> {
+        match self {
+            Command::Run(args) => args.time.timeout,
+            Command::Check(args) => args.time.timeout,
+            Command::Eval(args) => args.time.timeout,
+            Command::Disasm(args) => args.time.timeout,
+            _ => None,
+        }
+    }
+}
+
 /// Names of the commands, for telling them from scenes.
 const COMMANDS: [&str; 10] =
     ["run", "check", "disasm", "eval", "diff", "bench", "chart", "stability", "explain", "help"];
@@ -125,30 +143,15 @@ pub(crate) struct Inputs {
     /// Look for included files here too, after the including file's own directory
     #[arg(short = 'I', long = "include", value_name = "DIR")]
     pub(crate) include_dirs: Vec<PathBuf>,
-}
-
-/// What a program may use up.
-#[derive(Clone, Copy, Debug, clap::Args)]
-#[command(next_help_heading = "Limits")]
-pub(crate) struct LimitArgs {
-    /// Instructions of the program, and of each call of a surface function
-    #[arg(long, value_name = "N", default_value_t = 10_000_000_000)]
-    pub(crate) fuel: u64,
-    /// Calls active at once; calls in tail position do not count
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
-    pub(crate) max_depth: usize,
-    /// Memory for the program's values; k, M and G are powers of 1024
-    #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = values::bytes)]
-    pub(crate) max_memory: u64,
-    /// Pixels of one image
-    #[arg(long, value_name = "N", default_value_t = 1 << 28)]
-    pub(crate) max_pixels: u64,
-    /// Images of one run
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
-    pub(crate) max_images: u64,
-    /// Reflection depth of one image
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
-    pub(crate) max_reflections: u32,
+    /// Run a scene that may mean harm: tight limits, and no links to other places
+    ///
+    /// Limits that are not given become: --fuel 1000000000, --max-depth 10000, --max-memory 512M,
+    /// --max-pixels 16777216, --max-images 16, --max-reflections 1000 and --timeout 60s. Included
+    /// files must lie in the scene's own directory, or one of `-I`, and are not reached through links;
+    /// a scene from the standard input has no directory. On Linux the kernel is asked to refuse `run`
+    /// all writing but where its outputs go, and all connections (Landlock).
+    #[arg(long, help_heading = "Limits")]
+    pub(crate) untrusted: bool,
 }
 
 /// What the command line changes in a picture.
@@ -251,6 +254,8 @@ pub(crate) struct RunArgs {
     pub(crate) certify: bool,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
 }
 
 impl RunArgs {
@@ -348,6 +353,8 @@ pub(crate) struct CheckArgs {
     pub(crate) inputs: Inputs,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
 }
 
 const EVAL_ABOUT: &str = "\
@@ -365,6 +372,8 @@ pub(crate) struct EvalArgs {
     pub(crate) inputs: Inputs,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
 }
 
 /// `gmlvm diff`.
@@ -417,7 +426,13 @@ pub(crate) struct ExplainArgs {
 
 /// Reads the command line; on an error says so and ends the process, with exit code 2.
 pub(crate) fn parse() -> Args {
-    Args::parse_from(with_command(std::env::args_os().collect()))
+    let args = with_command(std::env::args_os().collect());
+    Args::try_parse_from(&args).unwrap_or_else(|error| {
+        // The message quotes what is wrong. A file's name, say, that a shell has put there may hold
+        // commands for the terminal, so it is that about the cleaned line, which is as wrong.
+        let cleaned = args.iter().map(|argument| clean(&argument.to_string_lossy()).into_owned());
+        Args::try_parse_from(cleaned).err().unwrap_or(error).exit()
+    })
 }
 
 /// Puts `run` in front of a scene that stands where the command would.

@@ -1,22 +1,23 @@
 //! Reading programs: the scene, what it includes, and what the command line adds.
 
-use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::{Component, Path, PathBuf};
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use compiler::ast::Body;
 use compiler::bytecode::Program;
 use compiler::diagnostic::{Code, Diagnostic};
-use compiler::preprocess::Includes;
 use compiler::source::{FileId, MAX_SOURCE_BYTES, SourceMap, Span};
 
 use crate::args::Inputs;
 use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
+use crate::load::includes::FileIncludes;
 use crate::report::{Reporter, hint};
+
+mod includes;
 
 /// How the standard input is named in messages.
 const STDIN_NAME: &str = "<stdin>";
@@ -95,11 +96,7 @@ impl<'a> Source<'a> {
     /// What finds the files that this scene includes.
     pub(crate) fn includes(&self) -> FileIncludes<'a> {
         let directory = if is_stdio(self.path) { None } else { self.path.parent() };
-        let directory = directory.unwrap_or(Path::new("")).to_owned();
-        FileIncludes {
-            directories: HashMap::from([(shown_name(self.path), directory)]),
-            search: &self.inputs.include_dirs,
-        }
+        FileIncludes::new(shown_name(self.path), directory, self.inputs)
     }
 
     /// The tree, read anew: while a program runs it is not kept. Its files take the same addresses,
@@ -107,32 +104,6 @@ impl<'a> Source<'a> {
     fn tree_again(&self) -> Option<Body> {
         let Source { mut sources, root, .. } = self.afresh();
         compiler::parse(&mut sources, root, &mut self.includes()).ok()
-    }
-}
-
-/// Finds included files: beside the including file, then in the directories of `-I`.
-pub(crate) struct FileIncludes<'a> {
-    /// Of each file read, by the name shown, its directory.
-    directories: HashMap<String, PathBuf>,
-    search: &'a [PathBuf],
-}
-
-impl Includes for FileIncludes<'_> {
-    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
-        // `./x` is `x`: who includes whom is seen by the names.
-        let is_here = |part: &Component<'_>| *part == Component::CurDir;
-        let name: PathBuf = Path::new(name).components().filter(|part| !is_here(part)).collect();
-        let beside = self.directories.get(from).map(|directory| directory.join(&name));
-        let elsewhere = self.search.iter().map(|directory| directory.join(&name));
-        let (path, bytes) = beside
-            .into_iter()
-            .chain(elsewhere)
-            .filter(|path| path.is_file())
-            .find_map(|path| read_file(&path).ok().map(|bytes| (path, bytes)))?;
-        let shown = path.display().to_string();
-        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-        self.directories.insert(shown.clone(), directory);
-        Some((shown, bytes))
     }
 }
 

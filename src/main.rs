@@ -9,6 +9,8 @@ use crate::report::Reporter;
 mod args;
 mod chart;
 mod clean;
+#[cfg(target_os = "linux")]
+mod confine;
 mod console;
 mod crash;
 mod driver;
@@ -24,11 +26,13 @@ mod run;
 mod stability;
 mod trace;
 mod values;
+mod watchdog;
 
 fn main() -> ExitCode {
     let args = args::parse();
     let reporter = Reporter::new(&args.common);
     let ended = crash::guarded(|| {
+        watchdog::start(args.command.timeout(), reporter)?;
         crash::require_cpu()?;
         driver::execute(&args, &reporter)
     });

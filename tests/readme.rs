@@ -222,6 +222,7 @@ fn links_lead_somewhere() {
         "docs/ARCHITECTURE.md",
         "docs/accuracy.md",
         "docs/stability.md",
+        "docs/untrusted.md",
         "docs/gallery/README.md",
     ] {
         let text = read(name);

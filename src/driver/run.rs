@@ -20,11 +20,26 @@ use crate::run::Renders;
 use crate::run::stats::{Counts, Phases, seconds};
 
 pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
+    if args.inputs.untrusted {
+        confine(args, reporter);
+    }
     let threads = threads(args.threads.map_or(0, usize::from))?;
     let mut host = Renders::new(args, &threads, reporter)?;
     execute(args, &mut host, reporter)?;
     write_stats(args, threads.current_num_threads(), host)?;
     Ok(0)
+}
+
+/// Has the kernel refuse this thread, and those to come, all writing but where the outputs go.
+#[cfg(target_os = "linux")]
+fn confine(args: &RunArgs, reporter: &Reporter) {
+    let confinement = crate::confine::confine(&args.writable());
+    reporter.detail(confinement.line());
+}
+
+#[cfg(not(target_os = "linux"))]
+fn confine(_: &RunArgs, reporter: &Reporter) {
+    reporter.detail("not confined: there is no Landlock on this system");
 }
 
 /// Reads, compiles and runs a scene. What that took is in the host's statistics then.

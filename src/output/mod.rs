@@ -111,6 +111,11 @@ impl Target {
     }
 }
 
+/// Removes what stands for files that are being written: the process is about to end.
+pub(crate) fn abandon() {
+    atomic::abandon();
+}
+
 /// A name without directory and extension, if it is one that could stand in a path.
 ///
 /// # Errors

@@ -35,6 +35,7 @@ pub(crate) mod stats;
 
 mod limits;
 mod naming;
+mod writable;
 
 /// The host of `gmlvm run`, and of each run of `gmlvm bench`.
 pub(crate) struct Renders<'a> {

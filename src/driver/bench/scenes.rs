@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 
-use crate::args::{BenchArgs, Dialect, Engine, Precision, RunArgs};
+use crate::args::{BenchArgs, Dialect, Engine, Precision, RunArgs, TimeArgs};
 use crate::clean::clean;
 use crate::driver::bench::Pools;
 use crate::driver::bench::export::{Compared, Details, Entry, SceneDetails};
@@ -117,6 +117,7 @@ impl<'p> Variant<'p> {
             precision,
             certify: false,
             limits: args.limits,
+            time: TimeArgs::default(),
         };
         Variant {
             args,
