@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
 
 use crate::clean::clean;
 use crate::values::{self, Definition, Region, Size};
@@ -16,6 +17,8 @@ use chart::{CHART_ABOUT, CHART_EXAMPLES};
 use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use limits::{LimitArgs, TimeArgs};
+use parts::{MERGE_ABOUT, MERGE_EXAMPLES};
+pub(crate) use parts::{MergeArgs, PartsArgs};
 use stability::STABILITY_ABOUT;
 pub(crate) use stability::StabilityArgs;
 
@@ -23,6 +26,7 @@ mod bench;
 mod chart;
 mod disasm;
 mod limits;
+mod parts;
 mod stability;
 
 /// Compile, run, inspect and measure GML scenes.
@@ -110,6 +114,9 @@ pub(crate) enum Command {
     /// Render scenes made to break ray tracers, and count wrong pixels
     #[command(long_about = STABILITY_ABOUT)]
     Stability(StabilityArgs),
+    /// Join part files into images
+    #[command(long_about = MERGE_ABOUT, after_long_help = MERGE_EXAMPLES)]
+    Merge(MergeArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
 }
@@ -128,8 +135,19 @@ impl Command {
 }
 
 /// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 10] =
-    ["run", "check", "disasm", "eval", "diff", "bench", "chart", "stability", "explain", "help"];
+const COMMANDS: [&str; 11] = [
+    "run",
+    "check",
+    "disasm",
+    "eval",
+    "diff",
+    "bench",
+    "chart",
+    "stability",
+    "merge",
+    "explain",
+    "help",
+];
 
 /// What goes into a program besides its text.
 #[derive(Clone, Debug, clap::Args)]
@@ -253,6 +271,8 @@ pub(crate) struct RunArgs {
     #[arg(long, conflicts_with = "precision", help_heading = "Picture")]
     pub(crate) certify: bool,
     #[command(flatten)]
+    pub(crate) parts: PartsArgs,
+    #[command(flatten)]
     pub(crate) limits: LimitArgs,
     #[command(flatten)]
     pub(crate) time: TimeArgs,
@@ -285,7 +305,8 @@ Examples:
   gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there";
 
 /// An image file format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum ImageFormat {
     /// Binary PPM (P6), a byte per channel
     Ppm,
@@ -475,7 +496,7 @@ mod tests {
         Args::command().debug_assert();
         let names: Vec<_> =
             Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..9]);
+        assert_eq!(names, COMMANDS[..10]);
     }
 
     #[test]

@@ -20,6 +20,7 @@ mod listing;
 mod load;
 mod measure;
 mod output;
+mod parts;
 mod perf;
 mod report;
 mod run;

@@ -12,6 +12,7 @@ mod diff;
 mod disasm;
 mod eval;
 mod explain;
+mod merge;
 mod run;
 mod stability;
 
@@ -29,6 +30,7 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Bench(args) => bench::bench(args, reporter),
         Command::Chart(args) => chart::chart(args, reporter),
         Command::Stability(args) => stability::stability(args, reporter),
+        Command::Merge(args) => merge::merge(args, reporter),
         Command::Explain(args) => explain::explain(args),
     }
 }

@@ -14,6 +14,7 @@ use crate::console;
 use crate::failure::Failure;
 use crate::listing::numbered;
 use crate::load::Source;
+use crate::parts::store::Store;
 use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::Renders;
@@ -65,6 +66,7 @@ pub(super) fn execute(
     if args.perf_map {
         host.perf_map = Some(PerfMap::create(&program.bytecode, &source.sources)?);
     }
+    host.parts = Store::open(args, &source.sources)?;
     let outcome = Machine::new(&program, args.limits.machine()).run(host);
     host.stats.total = seconds(start.elapsed().saturating_sub(host.hash_time));
     host.stats.phases = Phases {
@@ -83,6 +85,7 @@ pub(super) fn execute(
         Some(failure) => failure,
         None => source.stopped(error.into_diagnostic(), reporter),
     })?;
+    host.finish_parts()?;
     host.perf_map.take().map_or(Ok(()), PerfMap::finish)
 }
 

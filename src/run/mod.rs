@@ -17,6 +17,7 @@ use crate::failure::Failure;
 use crate::formats::{self, Picture};
 use crate::measure::machine;
 use crate::output::Problem;
+use crate::parts::store::{self, ImageParts, Store};
 use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::certainty::Known;
@@ -29,13 +30,22 @@ use crate::values::Size;
 
 mod certainty;
 pub(crate) mod digest;
+pub(crate) mod naming;
 pub(crate) mod plan;
 pub(crate) mod progress;
 pub(crate) mod stats;
 
 mod limits;
-mod naming;
 mod writable;
+
+/// What came of tracing an image.
+struct Outcome {
+    traced: Traced,
+    /// How many pixels were traced now.
+    n_pixels: u64,
+    /// What there is of parts, in words.
+    parts: Option<String>,
+}
 
 /// The host of `gmlvm run`, and of each run of `gmlvm bench`.
 pub(crate) struct Renders<'a> {
@@ -50,6 +60,8 @@ pub(crate) struct Renders<'a> {
     pub(crate) surfaces: Vec<SurfaceReport>,
     /// Who is told of machine code.
     pub(crate) perf_map: Option<PerfMap>,
+    /// Where parts of images are kept, if they are.
+    pub(crate) parts: Option<Store>,
     /// Time spent on images.
     pub(crate) busy: Duration,
     /// The files that went to memory, and the time that hashing them took.
@@ -69,7 +81,8 @@ impl<'a> Renders<'a> {
         threads: &'a ThreadPool,
         reporter: &'a Reporter,
     ) -> Result<Self, Failure> {
-        let naming = Naming::new(args)?;
+        let naming = Naming::new(args.output.as_deref(), &args.out_dir)?;
+        store::check(args)?;
         if let Some(file) = &args.mark_uncertain {
             certainty::check_name(file)?;
         }
@@ -109,6 +122,7 @@ impl<'a> Renders<'a> {
             stats: Stats::default(),
             surfaces: Vec::new(),
             perf_map: None,
+            parts: None,
             busy: Duration::ZERO,
             digest: Digest::default(),
             hash_time: Duration::ZERO,
@@ -127,13 +141,21 @@ impl<'a> Renders<'a> {
             Sink::File(target) => clean(&target.shown().to_string_lossy()).into_owned(),
             Sink::Stdout | Sink::Memory => "-".to_owned(),
         };
-        let traced = self.trace(job, &plan, destination.format, &shown)?;
-        let write_time = self.write(&destination, &traced.picture, job, &shown)?;
+        let Outcome { traced, n_pixels, parts } =
+            self.trace(job, &plan, destination.format, &shown)?;
+        let is_whole = self.parts.as_ref().is_none_or(|parts| parts.shard().is_none());
+        let write_time = match is_whole {
+            true => self.write(&destination, &traced.picture, job, &shown)?,
+            false => Duration::ZERO,
+        };
         let time = start.elapsed().as_secs_f64();
-        self.reporter.note(&format!("{shown}  {width}x{height}  {time:.2} s"));
+        let parts = parts.map_or(String::new(), |line| format!("  {line}"));
+        self.reporter.note(&format!("{shown}  {width}x{height}{parts}  {time:.2} s"));
         let known = self.certainty(job, &traced)?;
-        let file = matches!(destination.sink, Sink::File(_)).then_some(shown);
-        self.stats.add(image_stats(file, job, &plan, &traced, known, write_time));
+        let file = (is_whole && matches!(destination.sink, Sink::File(_))).then_some(shown);
+        let mut stats = image_stats(file, job, &plan, &traced, known, write_time);
+        stats.pixels = n_pixels;
+        self.stats.add(stats);
         self.surfaces.extend(traced.surfaces);
         Ok(())
     }
@@ -170,13 +192,12 @@ impl<'a> Renders<'a> {
     }
 
     fn trace(
-        &self,
+        &mut self,
         job: &RenderJob<'_>,
         plan: &Plan,
         format: ImageFormat,
         shown: &str,
-    ) -> Result<Traced, Box<Diagnostic>> {
-        let bar = progress::bar(shown, plan.n_pixels(), self.reporter.quiet);
+    ) -> Result<Outcome, Box<Diagnostic>> {
         let settings = Settings {
             threads: self.threads,
             engine: self.args.engine,
@@ -186,9 +207,27 @@ impl<'a> Renders<'a> {
             clock: machine::time,
         };
         let is_linear = format == ImageFormat::Pfm;
-        let traced = trace::trace_job(job, plan, settings, is_linear, &|n| bar.inc(n));
+        let (n_image, view, reporter) = (self.n_images, &plan.view, self.reporter);
+        let parts = self.parts.as_ref();
+        let parts = parts.map(|store| store.image(job, n_image, view, format, reporter));
+        let mut parts = match parts.transpose() {
+            Ok(parts) => parts,
+            Err(failure) => return Err(self.stop(failure)),
+        };
+        let n_pixels = parts.as_ref().map_or(plan.n_pixels(), |parts| parts.n_pixels(view));
+        let line = parts.as_ref().map(ImageParts::line);
+        let bar = progress::bar(shown, n_pixels, reporter.quiet);
+        let progress = |n| bar.inc(n);
+        let traced = match &mut parts {
+            Some(parts) => trace::trace_parts(job, plan, settings, parts, is_linear, &progress),
+            None => trace::trace_job(job, plan, settings, is_linear, &progress),
+        };
         bar.finish_and_clear();
-        traced.map_err(|failure| surface_error(failure, job))
+        if let Some(failure) = parts.and_then(ImageParts::problem) {
+            return Err(self.stop(failure));
+        }
+        let traced = traced.map_err(|failure| surface_error(failure, job))?;
+        Ok(Outcome { traced, n_pixels, parts: line })
     }
 
     /// Writes an image; returns how long that took.
@@ -218,6 +257,14 @@ impl<'a> Renders<'a> {
             }
         }
         Ok(start.elapsed())
+    }
+
+    /// Notes with the parts that there are no further images.
+    ///
+    /// # Errors
+    /// When that cannot be written.
+    pub(crate) fn finish_parts(&self) -> Result<(), Failure> {
+        self.parts.as_ref().map_or(Ok(()), |parts| parts.finish(self.n_images))
     }
 
     /// Ends the program for a reason that is none of its own; what is returned is never shown.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::args::{ImageFormat, RunArgs};
+use crate::args::ImageFormat;
 use crate::clean::clean;
 use crate::failure::Failure;
 use crate::formats;
@@ -41,8 +41,8 @@ impl Naming {
     ///
     /// # Errors
     /// When the template has a placeholder that does not exist.
-    pub(crate) fn new(args: &RunArgs) -> Result<Self, Failure> {
-        let Some(output) = &args.output else { return Ok(Naming::Scene(args.out_dir.clone())) };
+    pub(crate) fn new(output: Option<&Path>, out_dir: &Path) -> Result<Self, Failure> {
+        let Some(output) = output else { return Ok(Naming::Scene(out_dir.to_owned())) };
         if output.as_os_str() == "-" {
             return Ok(Naming::Stdout);
         }
@@ -54,8 +54,8 @@ impl Naming {
             )));
         }
         check_placeholders("--output", &text)?;
-        let is_here = args.out_dir == Path::new(".");
-        Ok(Naming::Template(if is_here { output.clone() } else { args.out_dir.join(output) }))
+        let is_here = out_dir == Path::new(".");
+        Ok(Naming::Template(if is_here { output.to_owned() } else { out_dir.join(output) }))
     }
 
     /// Where the image goes that the scene calls `name`, the `number`th of the run.

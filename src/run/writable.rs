@@ -14,7 +14,8 @@ impl RunArgs {
         let named = images.chain(marks).chain(self.stats.iter().cloned());
         let files = named.filter(|path| !is_stdio(path)).map(|path| place(&path));
         let map = self.perf_map.then(|| PathBuf::from("/tmp"));
-        std::iter::once(self.out_dir.clone()).chain(files).chain(map).collect()
+        let parts = self.parts.parts.clone();
+        std::iter::once(self.out_dir.clone()).chain(files).chain(map).chain(parts).collect()
     }
 }
 

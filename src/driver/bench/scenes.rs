@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 
-use crate::args::{BenchArgs, Dialect, Engine, Precision, RunArgs, TimeArgs};
+use crate::args::{BenchArgs, Dialect, Engine, PartsArgs, Precision, RunArgs, TimeArgs};
 use crate::clean::clean;
 use crate::driver::bench::Pools;
 use crate::driver::bench::export::{Compared, Details, Entry, SceneDetails};
@@ -116,6 +116,7 @@ impl<'p> Variant<'p> {
             picture: args.picture,
             precision,
             certify: false,
+            parts: PartsArgs::default(),
             limits: args.limits,
             time: TimeArgs::default(),
         };
