@@ -156,7 +156,7 @@ pub(super) fn write(path: &Path, header: &Header, pixels: &[u8]) -> Result<(), F
     let lines = format!("{MAGIC}{VERSION}\n{json}\n");
     let hash = hash(lines.as_bytes(), pixels);
     Target::path(path.to_owned()).write_plain(&mut |out| {
-        write!(out, "{lines}{hash}\n")?;
+        writeln!(out, "{lines}{hash}")?;
         out.write_all(pixels)
     })
 }
@@ -273,7 +273,8 @@ mod tests {
     fn headers_that_make_no_sense_are_damaged() {
         let directory = tempfile::tempdir().expect("a directory");
         let path = directory.path().join("a.part");
-        for (rows, n_pixels) in [(0..5, 75), (2..8, 90), (4..4, 0), (5..2, 0)] {
+        for (rows, n_pixels) in [(0..5, 75), (2..8, 90), (4..4, 0), (Range { start: 5, end: 2 }, 0)]
+        {
             write(&path, &header(rows), &vec![0; n_pixels]).expect("written");
             assert!(matches!(read(&path), Err(Trouble::Damaged(_))));
         }

@@ -2,7 +2,7 @@
 //! can share the work.
 //!
 //! Where bands begin depends on the image alone ([`bands`]), and a pixel on the scene and its place. So
-//! parts fit together whoever has made them; a part file says what it is a part of ([`file`]), so that
+//! parts fit together whoever has made them; a part file says what it is a part of ([`mod@file`]), so that
 //! nothing else is ever put in its place.
 
 pub(crate) mod merge;
