@@ -1,13 +1,12 @@
 //! The command line, typed.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use serde::{Deserialize, Serialize};
 
-use crate::clean::clean;
 use crate::values::{self, Definition, Region, Size};
 
 pub(crate) use bench::BenchArgs;
@@ -19,6 +18,9 @@ pub(crate) use diff::{DiffArgs, Metric};
 use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use limits::{LimitArgs, TimeArgs};
+pub(crate) use line::parse;
+use manual::COMPLETIONS_EXAMPLES;
+pub(crate) use manual::{CompletionsArgs, ManArgs};
 use parts::{MERGE_ABOUT, MERGE_EXAMPLES};
 pub(crate) use parts::{MergeArgs, PartsArgs};
 use stability::STABILITY_ABOUT;
@@ -29,13 +31,17 @@ mod chart;
 mod diff;
 mod disasm;
 mod limits;
+mod line;
+mod manual;
 mod parts;
+mod response;
 mod stability;
 
 /// Compile, run, inspect and measure GML scenes.
 ///
 /// GML is the stack language of the ICFP 2000 programming contest, whose programs describe solids
-/// and lights and render them. `gmlvm SCENE` is short for `gmlvm run SCENE`.
+/// and lights and render them. `gmlvm SCENE` is short for `gmlvm run SCENE`. An argument `@FILE` stands
+/// for the arguments in FILE, one on each line.
 #[derive(Debug, Parser)]
 #[command(name = "gmlvm", version, arg_required_else_help = true, after_help = EXIT_CODES)]
 pub(crate) struct Args {
@@ -43,6 +49,9 @@ pub(crate) struct Args {
     pub(crate) common: Common,
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// All arguments, for starting the same again, but without `--watch`.
+    #[arg(skip)]
+    pub(crate) line: Vec<OsString>,
 }
 
 const EXIT_CODES: &str = "\
@@ -122,12 +131,19 @@ pub(crate) enum Command {
     Merge(MergeArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
+    /// Print a script by which a shell completes command lines
+    #[command(after_long_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Write manual pages, for man
+    Man(ManArgs),
 }
 
 impl Command {
     /// What the command's time is limited to.
     pub(crate) fn timeout(&self) -> Option<Duration> {
         match self {
+            // That of each run is its own process's.
+            Command::Run(args) if args.watch => None,
             Command::Run(args) => args.time.timeout,
             Command::Check(args) => args.time.timeout,
             Command::Eval(args) => args.time.timeout,
@@ -136,21 +152,6 @@ impl Command {
         }
     }
 }
-
-/// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 11] = [
-    "run",
-    "check",
-    "disasm",
-    "eval",
-    "diff",
-    "bench",
-    "chart",
-    "stability",
-    "merge",
-    "explain",
-    "help",
-];
 
 /// What goes into a program besides its text.
 #[derive(Clone, Debug, clap::Args)]
@@ -260,6 +261,9 @@ pub(crate) struct RunArgs {
     #[arg(long, help_heading = "Engine")]
     pub(crate) perf_map: bool,
 
+    /// Run again whenever the scene, or a file that it includes, changes; errors leave the last image
+    #[arg(long, help_heading = "Engine")]
+    pub(crate) watch: bool,
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
     /// The numbers that rays are traced with; surface functions compute in doubles with either
@@ -305,7 +309,9 @@ Examples:
   gmlvm scene.gml --output '{name}-draft.png'
   gmlvm scene.gml --output - >a.ppm   to the standard output
   gmlvm - -D n=5 -D file=a.ppm        from the standard input, with two names bound
-  gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there";
+  gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there
+  gmlvm scene.gml --watch             again after each change
+  gmlvm scene.gml @final.args         with the options in a file, one on each line";
 
 /// An image file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
@@ -405,77 +411,4 @@ pub(crate) struct EvalArgs {
 pub(crate) struct ExplainArgs {
     /// The code, such as E0201
     pub(crate) code: String,
-}
-
-/// Reads the command line; on an error says so and ends the process, with exit code 2.
-pub(crate) fn parse() -> Args {
-    let args = with_command(std::env::args_os().collect());
-    Args::try_parse_from(&args).unwrap_or_else(|error| {
-        // The message quotes what is wrong. A file's name, say, that a shell has put there may hold
-        // commands for the terminal, so it is that about the cleaned line, which is as wrong.
-        let cleaned = args.iter().map(|argument| clean(&argument.to_string_lossy()).into_owned());
-        Args::try_parse_from(cleaned).err().unwrap_or(error).exit()
-    })
-}
-
-/// Puts `run` in front of a scene that stands where the command would.
-fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    let mut at = 1;
-    while let Some(argument) = args.get(at) {
-        at += match argument.to_str() {
-            Some("-q" | "--quiet" | "-v" | "--verbose") => 1,
-            Some("--color" | "--message-format") => 2,
-            Some(other) if other.starts_with("--color=") => 1,
-            Some(other) if other.starts_with("--message-format=") => 1,
-            _ => break,
-        };
-    }
-    if args.get(at).is_some_and(|argument| !names_command(argument)) {
-        args.insert(at, "run".into());
-    }
-    args
-}
-
-/// Whether an argument is for us, and not a scene or an option of `run`.
-fn names_command(argument: &OsStr) -> bool {
-    let Some(text) = argument.to_str() else { return false };
-    if matches!(text, "-h" | "--help" | "-V" | "--version") || COMMANDS.contains(&text) {
-        return true;
-    }
-    // A plain word that is no file is more likely a mistyped command, and clap knows which.
-    let is_word = !text.is_empty() && text.bytes().all(|b| b.is_ascii_lowercase());
-    is_word && !std::path::Path::new(text).exists()
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        Args::command().debug_assert();
-        let names: Vec<_> =
-            Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..10]);
-    }
-
-    #[test]
-    fn a_scene_in_place_of_a_command_is_run() {
-        let expand = |line: &str| {
-            let args = format!("gmlvm {line}").split(' ').map(OsString::from).collect();
-            let args: Vec<_> =
-                with_command(args).into_iter().map(|a| a.into_string().expect("text")).collect();
-            args[1..].join(" ")
-        };
-        assert_eq!(expand("a.gml"), "run a.gml");
-        assert_eq!(expand("-"), "run -");
-        assert_eq!(expand("-o out a.gml"), "run -o out a.gml");
-        assert_eq!(expand("-q --color never a.gml"), "-q --color never run a.gml");
-        assert_eq!(expand("-q eval a.gml"), "-q eval a.gml");
-        assert_eq!(expand("run a.gml"), "run a.gml");
-        assert_eq!(expand("--help"), "--help");
-        assert_eq!(expand("dissasm a.gml"), "dissasm a.gml");
-    }
 }

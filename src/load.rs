@@ -2,12 +2,13 @@
 
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use compiler::ast::Body;
 use compiler::bytecode::Program;
 use compiler::diagnostic::{Code, Diagnostic};
+use compiler::preprocess;
 use compiler::source::{FileId, MAX_SOURCE_BYTES, SourceMap, Span};
 
 use crate::args::Inputs;
@@ -112,6 +113,19 @@ pub(crate) fn place(sources: &SourceMap, span: Span) -> String {
     sources.file_of(span).map_or_else(String::new, |file| {
         format!("{}:{}", clean(&file.name), file.line_column(span))
     })
+}
+
+/// The files that a scene consists of, by the names shown, as far as they are found, and whether all are.
+pub(crate) fn files(path: &Path, inputs: &Inputs) -> (Vec<PathBuf>, bool) {
+    let mut sources = SourceMap::default();
+    let mut includes = FileIncludes::new(shown_name(path), path.parent(), inputs);
+    let bytes = read_file(path).ok();
+    let root = bytes.and_then(|bytes| sources.add(&shown_name(path), bytes).ok());
+    let is_complete = root.is_some_and(|root| {
+        let errors = preprocess::tokens(&mut sources, root, &mut includes).err();
+        !errors.into_iter().flatten().any(|error| error.code == Code::IncludeNotFound)
+    });
+    (sources.files().map(|file| PathBuf::from(&file.name)).collect(), is_complete)
 }
 
 /// Whether a path on the command line stands for a standard stream.

@@ -27,6 +27,7 @@ mod run;
 mod stability;
 mod trace;
 mod values;
+mod watch;
 mod watchdog;
 
 fn main() -> ExitCode {

@@ -20,6 +20,7 @@ use crate::failure::Failure;
 use crate::output;
 use crate::report::Reporter;
 use crate::run::progress;
+use crate::watch;
 
 /// Removing temporary names and clearing the terminal take no time, unless a disk or a terminal hangs;
 /// so long is waited for them.
@@ -74,6 +75,7 @@ fn end(code: i32, tell: impl FnOnce(Option<String>) + Send + 'static) -> ! {
     let (finished, wait) = mpsc::channel();
     thread::spawn(move || {
         output::abandon();
+        watch::abandon();
         tell(progress::abandon());
         let _ = finished.send(());
     });

@@ -116,6 +116,7 @@ impl<'p> Variant<'p> {
             picture: args.picture,
             precision,
             certify: false,
+            watch: false,
             parts: PartsArgs::default(),
             limits: args.limits,
             time: TimeArgs::default(),
