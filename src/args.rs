@@ -7,6 +7,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand, ValueEnum};
 use serde::{Deserialize, Serialize};
 
+use crate::frames::{self, Frames};
 use crate::values::{self, Definition, Region, Size};
 
 pub(crate) use bench::BenchArgs;
@@ -234,6 +235,13 @@ pub(crate) struct RunArgs {
     /// output directory.
     #[arg(long, value_name = "NAME", help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,
+    /// Run the program once for each frame, from A to B, with `frame` and `clock` bound
+    ///
+    /// `frame` is the number of the frame, an integer, and `clock` a real, 0.0 in the first frame and
+    /// 1.0 in the last. {frame} in the names of outputs stands for the number; the scene's own names get
+    /// it at their ends, as in ball-0007.ppm.
+    #[arg(long, value_name = "A..B", value_parser = frames::read, conflicts_with = "parts", help_heading = "Output")]
+    pub(crate) frames: Option<Frames>,
     /// File format; without it the name's extension decides, and PPM is the default
     ///
     /// With this option an extension that the scene gives is replaced.
@@ -310,6 +318,7 @@ Examples:
   gmlvm scene.gml --output - >a.ppm   to the standard output
   gmlvm - -D n=5 -D file=a.ppm        from the standard input, with two names bound
   gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there
+  gmlvm scene.gml --frames 1..50      fifty images of a scene that uses `clock`
   gmlvm scene.gml --watch             again after each change
   gmlvm scene.gml @final.args         with the options in a file, one on each line";
 

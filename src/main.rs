@@ -16,6 +16,7 @@ mod crash;
 mod driver;
 mod failure;
 mod formats;
+mod frames;
 mod listing;
 mod load;
 mod measure;

@@ -16,11 +16,11 @@ pub(crate) struct PartsArgs {
     #[arg(long, value_name = "DIR")]
     pub(crate) parts: Option<PathBuf>,
     /// Render only the Kth of N shares of the bands, and write no images: `gmlvm merge` does, from the
-    /// parts of all
+    /// parts of all; with `--frames`, in place of bands, frames, with their images
     ///
     /// With auto, K and N are those of the job: of a Slurm job array or step, or of Open MPI. GNU parallel
     /// and indexed jobs of Kubernetes do not tell N, which is then taken from GMLVM_SHARDS.
-    #[arg(long, value_name = "K/N|auto", requires = "parts", value_parser = shard::choice)]
+    #[arg(long, value_name = "K/N|auto", value_parser = shard::choice)]
     pub(crate) shard: Option<ShardChoice>,
 }
 

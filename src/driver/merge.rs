@@ -11,10 +11,10 @@ use crate::formats::{self, Picture, Pixels};
 use crate::output::Problem;
 use crate::parts::merge::{Merged, Parts};
 use crate::report::Reporter;
-use crate::run::naming::{Destination, Naming, Sink};
+use crate::run::naming::{Destination, Naming, Number, Sink};
 
 pub(super) fn merge(args: &MergeArgs, reporter: &Reporter) -> Result<u8, Failure> {
-    let naming = Naming::new(args.output.as_deref(), &args.out_dir)?;
+    let naming = Naming::new(args.output.as_deref(), &args.out_dir, false)?;
     let parts = Parts::find(&args.inputs, args.allow_missing)?;
     if matches!(naming, Naming::Stdout) && parts.n_images() > 1 {
         let message = "there is more than one image, and the standard output has room for one; use \
@@ -46,7 +46,7 @@ fn write(
     }
     let unwritable = |problem, shown: &str| unwritable(problem, name, shown, args, reporter);
     let Destination { sink, format } = naming
-        .destination(name, *number, Some(format))
+        .destination(name, Number { image: *number, frame: None }, Some(format))
         .map_err(|problem| unwritable(problem, &args.out_dir.join(name).to_string_lossy()))?;
     let fill = |out: &mut dyn std::io::Write| formats::write(format, picture, out);
     let shown = match &sink {

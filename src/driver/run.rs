@@ -26,7 +26,18 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
     }
     let threads = threads(args.threads.map_or(0, usize::from))?;
     let mut host = Renders::new(args, &threads, reporter)?;
-    execute(args, &mut host, reporter)?;
+    match args.frames {
+        Some(frames) => {
+            let shard = args.parts.shard.map(|choice| choice.resolve()).transpose()?;
+            for frame in frames.of(shard) {
+                let mut args = args.clone();
+                args.inputs.defines.extend(frames.definitions(frame));
+                host.frame = Some(frame);
+                execute(&args, &mut host, reporter)?;
+            }
+        }
+        None => execute(args, &mut host, reporter)?,
+    }
     write_stats(args, threads.current_num_threads(), host)?;
     Ok(0)
 }
@@ -43,7 +54,7 @@ fn confine(_: &RunArgs, reporter: &Reporter) {
     reporter.detail("not confined: there is no Landlock on this system");
 }
 
-/// Reads, compiles and runs a scene. What that took is in the host's statistics then.
+/// Reads, compiles and runs a scene. What that took is added to the host's statistics.
 ///
 /// # Errors
 /// When something is wrong; with the program, the user has been told.
@@ -61,18 +72,20 @@ pub(super) fn execute(
     host.stats.counts = Counts {
         functions: functions.len(),
         instructions: functions.iter().map(|function| function.code.len()).sum(),
-        ..Counts::default()
+        ..host.stats.counts
     };
+    let (busy, hashing) = (host.busy, host.hash_time);
     if args.perf_map {
         host.perf_map = Some(PerfMap::create(&program.bytecode, &source.sources)?);
     }
     host.parts = Store::open(args, &source.sources)?;
     let outcome = Machine::new(&program, args.limits.machine()).run(host);
-    host.stats.total = seconds(start.elapsed().saturating_sub(host.hash_time));
+    let Phases { read, compile, run, .. } = host.stats.phases;
+    host.stats.total += seconds(start.elapsed().saturating_sub(host.hash_time - hashing));
     host.stats.phases = Phases {
-        read: seconds(source.read_time),
-        compile: seconds(run_start - compile_start),
-        run: seconds(run_start.elapsed().saturating_sub(host.busy)),
+        read: read + seconds(source.read_time),
+        compile: compile + seconds(run_start - compile_start),
+        run: run + seconds(run_start.elapsed().saturating_sub(host.busy - busy)),
         ..host.stats.phases
     };
     if reporter.verbose {

@@ -15,6 +15,7 @@ use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture};
+use crate::frames;
 use crate::measure::machine;
 use crate::output::Problem;
 use crate::parts::store::{self, ImageParts, Store};
@@ -22,7 +23,7 @@ use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::certainty::Known;
 use crate::run::digest::Digest;
-use crate::run::naming::{Destination, Naming, Sink};
+use crate::run::naming::{Destination, Naming, Number, Sink};
 use crate::run::plan::Plan;
 use crate::run::stats::{ImageStats, Stats, seconds};
 use crate::trace::{self, Settings, TraceFailure, Traced};
@@ -54,6 +55,8 @@ pub(crate) struct Renders<'a> {
     threads: &'a ThreadPool,
     naming: Naming,
     n_images: u64,
+    /// The frame that is being run, if there are frames.
+    pub(crate) frame: Option<u32>,
     /// What the images took.
     pub(crate) stats: Stats,
     /// How the surface functions of all images were evaluated.
@@ -81,10 +84,12 @@ impl<'a> Renders<'a> {
         threads: &'a ThreadPool,
         reporter: &'a Reporter,
     ) -> Result<Self, Failure> {
-        let naming = Naming::new(args.output.as_deref(), &args.out_dir)?;
+        let has_frames = args.frames.is_some();
+        let naming = Naming::new(args.output.as_deref(), &args.out_dir, has_frames)?;
         store::check(args)?;
+        frames::check(args)?;
         if let Some(file) = &args.mark_uncertain {
-            certainty::check_name(file)?;
+            certainty::check_name(file, has_frames)?;
         }
         if matches!(naming, Naming::Stdout) {
             let usage = |message: &str| Err(Failure::Usage(message.to_owned()));
@@ -119,6 +124,7 @@ impl<'a> Renders<'a> {
             threads,
             naming,
             n_images: 0,
+            frame: None,
             stats: Stats::default(),
             surfaces: Vec::new(),
             perf_map: None,
@@ -170,15 +176,20 @@ impl<'a> Renders<'a> {
         let known = Known::count(certainties);
         self.reporter.note(&format!("  {}", known.line()));
         if let Some(file) = &self.args.mark_uncertain {
-            certainty::write_marks(file, job, self.n_images, certainties, &traced.picture)?;
+            certainty::write_marks(file, job, self.number(), certainties, &traced.picture)?;
         }
         Ok(Some(known))
+    }
+
+    /// Which image the current one is.
+    fn number(&self) -> Number {
+        Number { image: self.n_images, frame: self.frame }
     }
 
     fn destination(&mut self, job: &RenderJob<'_>) -> Result<Destination, Box<Diagnostic>> {
         let destination = self
             .naming
-            .destination(&job.name, self.n_images, self.args.format)
+            .destination(&job.name, self.number(), self.args.format)
             .map_err(|problem| {
                 let path = self.args.out_dir.join(&*job.name);
                 unwritable(problem, job, &path.to_string_lossy(), &self.args.out_dir)

@@ -107,6 +107,7 @@ impl<'p> Variant<'p> {
             inputs: args.inputs.clone(),
             out_dir: PathBuf::from("."),
             output: None,
+            frames: None,
             format: None,
             stats: None,
             mark_uncertain: None,
