@@ -51,6 +51,11 @@ pub(crate) fn watch(args: &RunArgs, line: &[OsString], reporter: &Reporter) -> R
     }
 }
 
+/// Whether there is a run to be ended.
+pub(crate) fn is_running() -> bool {
+    run_under_way().is_some()
+}
+
 /// Ends the run that may be under way, and waits for its end.
 pub(crate) fn abandon() {
     let Some(mut child) = run_under_way().take() else { return };

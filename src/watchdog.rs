@@ -45,7 +45,7 @@ pub(crate) fn start(timeout: Option<Duration>, reporter: Reporter) -> Result<(),
     let watch = thread::Builder::new().name("signals".to_owned());
     let on_signal = move || {
         if let Some(signal) = signals.forever().next() {
-            end(EXIT_SIGNALLED + signal, |_| {});
+            end(EXIT_SIGNALLED + signal, None::<fn(Option<String>)>);
         }
     };
     watch.spawn(on_signal).map_err(failed)?;
@@ -53,13 +53,12 @@ pub(crate) fn start(timeout: Option<Duration>, reporter: Reporter) -> Result<(),
         let watch = thread::Builder::new().name("timeout".to_owned());
         let on_timeout = move || {
             thread::sleep(timeout);
-            end(Failure::Shown(Code::TimeLimit.class()).exit_code().into(), move |interrupted| {
-                reporter.diagnostics(
-                    &[out_of_time(timeout, interrupted)],
-                    &SourceMap::default(),
-                    None,
-                );
-            });
+            let code = Failure::Shown(Code::TimeLimit.class()).exit_code();
+            let tell = move |interrupted| {
+                let diagnostic = out_of_time(timeout, interrupted);
+                reporter.diagnostics(&[diagnostic], &SourceMap::default(), None);
+            };
+            end(code.into(), Some(tell));
         };
         watch.spawn(on_timeout).map_err(failed)?;
     }
@@ -68,18 +67,25 @@ pub(crate) fn start(timeout: Option<Duration>, reporter: Reporter) -> Result<(),
 
 /// Ends the process with this code. `tell` has a word with the user, and is told what has been
 /// interrupted.
-fn end(code: i32, tell: impl FnOnce(Option<String>) + Send + 'static) -> ! {
+fn end(code: i32, tell: Option<impl FnOnce(Option<String>) + Send + 'static>) -> ! {
     /// Only one can end it; whoever comes second waits here until it has.
     static ENDING: Mutex<()> = Mutex::new(());
     let _ending = ENDING.lock().unwrap_or_else(PoisonError::into_inner);
-    let (finished, wait) = mpsc::channel();
-    thread::spawn(move || {
-        output::abandon();
-        watch::abandon();
-        tell(progress::abandon());
-        let _ = finished.send(());
-    });
-    let _ = wait.recv_timeout(GRACE);
+    output::abandon(GRACE);
+    // Whatever may wait for others is the business of another thread. Where there is nothing of it none is
+    // started, since on a busy machine each change of threads takes its time.
+    if tell.is_some() || progress::is_shown() || watch::is_running() {
+        let (finished, wait) = mpsc::channel();
+        thread::spawn(move || {
+            watch::abandon();
+            let interrupted = progress::abandon();
+            if let Some(tell) = tell {
+                tell(interrupted);
+            }
+            let _ = finished.send(());
+        });
+        let _ = wait.recv_timeout(GRACE);
+    }
     std::process::exit(code)
 }
 

@@ -5,7 +5,9 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::os::fd::{AsFd, OwnedFd};
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use rustix::fs::{AtFlags, Mode, OFlags, openat, renameat, unlinkat};
 use rustix::io::Errno;
@@ -45,9 +47,18 @@ pub(super) fn replace(
 }
 
 /// Removes all temporary names, and makes whoever wants to do something with one wait for ever: the
-/// process is about to end.
-pub(super) fn abandon() {
-    let names = temporary_names();
+/// process is about to end. A change that is under way is waited for, but for so long only, since a
+/// file system may hang.
+pub(super) fn abandon(patience: Duration) {
+    let begun = Instant::now();
+    let names = loop {
+        match TEMPORARY_NAMES.try_lock() {
+            Ok(names) => break names,
+            Err(TryLockError::Poisoned(poisoned)) => break poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) if begun.elapsed() > patience => return,
+            Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(1)),
+        }
+    };
     for (directory, name) in names.iter() {
         let _ = unlinkat(directory, name, AtFlags::empty());
     }

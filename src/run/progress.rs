@@ -15,13 +15,24 @@ const TEMPLATE: &str = "{msg}  [{bar:30}] {percent:>3} %  {rate}  {eta} left";
 const RUN_TEMPLATE: &str = "{msg}  [{bar:30}] {pos} of {len} runs  {eta} left";
 const ENDLESS_TEMPLATE: &str = "{msg}  {spinner} {pos} runs  {elapsed}";
 
-/// The bar made last, for whoever ends the process.
-static LAST: Mutex<Option<ProgressBar>> = Mutex::new(None);
+/// The bar made last, for whoever ends the process, and whether it can be seen. (A bar that is drawn on a
+/// terminal that hangs would not answer.)
+static LAST: Mutex<Option<(ProgressBar, bool)>> = Mutex::new(None);
+
+fn remember(bar: &ProgressBar, is_shown: bool) {
+    let last = Some((bar.clone(), is_shown));
+    *LAST.lock().unwrap_or_else(PoisonError::into_inner) = last;
+}
+
+/// Whether there may be a bar on the terminal.
+pub(crate) fn is_shown() -> bool {
+    LAST.lock().unwrap_or_else(PoisonError::into_inner).as_ref().is_some_and(|last| last.1)
+}
 
 /// A bar for an image of `n_pixels`; one that is never seen if nobody watches.
 pub(crate) fn bar(name: &str, n_pixels: u64, is_quiet: bool) -> ProgressBar {
     let bar = image_bar(name, n_pixels, is_quiet);
-    *LAST.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
+    remember(&bar, !is_hidden(is_quiet));
     bar
 }
 
@@ -55,14 +66,16 @@ pub(crate) fn run_bar(name: &str, n_runs: Option<u64>, is_quiet: bool) -> Progre
     let bar = ProgressBar::with_draw_target(n_runs, ProgressDrawTarget::stderr_with_hz(HZ))
         .with_style(style)
         .with_message(name.to_owned());
-    *LAST.lock().unwrap_or_else(PoisonError::into_inner) = Some(bar.clone());
+    remember(&bar, true);
     bar
 }
 
 /// Clears the bar that may be on the terminal. Returns how far the image was that is being traced.
 pub(crate) fn abandon() -> Option<String> {
-    let bar = LAST.lock().unwrap_or_else(PoisonError::into_inner).take();
-    let bar = bar.filter(|bar| !bar.is_finished())?;
+    let (bar, _) = LAST.lock().unwrap_or_else(PoisonError::into_inner).take()?;
+    if bar.is_finished() {
+        return None;
+    }
     let text = bar.length().filter(|n| *n > 0).map(|n_pixels| {
         let percent = bar.position().min(n_pixels) as f64 / n_pixels as f64 * 100.0;
         format!("`{}` was being rendered, {percent:.0} % of it done", bar.message())
