@@ -80,5 +80,9 @@ fn frames_that_make_no_sense() {
         assert_eq!(ended.code, 2, "{options:?}: {}", ended.stderr);
     }
     assert_eq!(sandbox.run(&["-", "--frames", "1..2"]).code, 2);
+    for name in ["", "d/", "../a", ".."] {
+        let ended = sandbox.file("s.gml", scene(name)).run(&["s.gml", "--frames", "1..2"]);
+        assert_eq!(ended.code, 5, "{name}: {}", ended.stderr);
+    }
     assert_eq!(sandbox.files(), ["s.gml"]);
 }

@@ -89,7 +89,14 @@ impl Naming {
                     (Some(format), Some(other)) if format != other => with_format(name, format),
                     _ => name.to_owned(),
                 };
-                let name = number.frame.map_or(name.clone(), |frame| with_frame(&name, frame));
+                let name = match number.frame {
+                    // What is no name does not become one by its number.
+                    Some(frame) => {
+                        output::stem(&name).map_err(Problem::Refused)?;
+                        with_frame(&name, frame)
+                    }
+                    None => name,
+                };
                 (Sink::File(Target::below(directory, &name)?), by_name)
             }
         };
