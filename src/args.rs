@@ -1,34 +1,52 @@
 //! The command line, typed.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use serde::{Deserialize, Serialize};
 
+use crate::frames::{self, Frames};
 use crate::values::{self, Definition, Region, Size};
 
 pub(crate) use bench::BenchArgs;
 use bench::{BENCH_ABOUT, BENCH_EXAMPLES};
 pub(crate) use chart::ChartArgs;
 use chart::{CHART_ABOUT, CHART_EXAMPLES};
+use diff::DIFF_ABOUT;
+pub(crate) use diff::{DiffArgs, Metric};
 use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use economy::EconomyArgs;
+pub(crate) use limits::{LimitArgs, TimeArgs};
+pub(crate) use line::parse;
+use manual::COMPLETIONS_EXAMPLES;
+pub(crate) use manual::{CompletionsArgs, ManArgs};
+use parts::{MERGE_ABOUT, MERGE_EXAMPLES};
+pub(crate) use parts::{MergeArgs, PartsArgs};
 use sampling::SamplingArgs;
 use stability::STABILITY_ABOUT;
 pub(crate) use stability::StabilityArgs;
 
 mod bench;
 mod chart;
+mod diff;
 mod disasm;
 mod economy;
+mod limits;
+mod line;
+mod manual;
+mod parts;
+mod response;
 pub(crate) mod sampling;
 mod stability;
 
 /// Compile, run, inspect and measure GML scenes.
 ///
 /// GML is the stack language of the ICFP 2000 programming contest, whose programs describe solids
-/// and lights and render them. `gmlvm SCENE` is short for `gmlvm run SCENE`.
+/// and lights and render them. `gmlvm SCENE` is short for `gmlvm run SCENE`. An argument `@FILE` stands
+/// for the arguments in FILE, one on each line.
 #[derive(Debug, Parser)]
 #[command(name = "gmlvm", version, arg_required_else_help = true, after_help = EXIT_CODES)]
 pub(crate) struct Args {
@@ -36,6 +54,9 @@ pub(crate) struct Args {
     pub(crate) common: Common,
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// All arguments, for starting the same again, but without `--watch`.
+    #[arg(skip)]
+    pub(crate) line: Vec<OsString>,
 }
 
 const EXIT_CODES: &str = "\
@@ -47,7 +68,8 @@ Exit codes:
   3   an output could not be written
   4   a limit was reached
   5   refused: a file name outside the output directory
-  70  a bug in gmlvm";
+  70  a bug in gmlvm
+  130, 143, 129  ended by SIGINT, SIGTERM, SIGHUP";
 
 /// What all commands have in common.
 #[derive(Clone, Debug, clap::Args)]
@@ -109,13 +131,32 @@ pub(crate) enum Command {
     /// Render scenes made to break ray tracers, and count wrong pixels
     #[command(long_about = STABILITY_ABOUT)]
     Stability(StabilityArgs),
+    /// Join part files into images
+    #[command(long_about = MERGE_ABOUT, after_long_help = MERGE_EXAMPLES)]
+    Merge(MergeArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
+    /// Print a script by which a shell completes command lines
+    #[command(after_long_help = COMPLETIONS_EXAMPLES)]
+    Completions(CompletionsArgs),
+    /// Write manual pages, for man
+    Man(ManArgs),
 }
 
-/// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 10] =
-    ["run", "check", "disasm", "eval", "diff", "bench", "chart", "stability", "explain", "help"];
+impl Command {
+    /// What the command's time is limited to.
+    pub(crate) fn timeout(&self) -> Option<Duration> {
+        match self {
+            // That of each run is its own process's.
+            Command::Run(args) if args.watch => None,
+            Command::Run(args) => args.time.timeout,
+            Command::Check(args) => args.time.timeout,
+            Command::Eval(args) => args.time.timeout,
+            Command::Disasm(args) => args.time.timeout,
+            _ => None,
+        }
+    }
+}
 
 /// What goes into a program besides its text.
 #[derive(Clone, Debug, clap::Args)]
@@ -129,30 +170,15 @@ pub(crate) struct Inputs {
     /// Look for included files here too, after the including file's own directory
     #[arg(short = 'I', long = "include", value_name = "DIR")]
     pub(crate) include_dirs: Vec<PathBuf>,
-}
-
-/// What a program may use up.
-#[derive(Clone, Copy, Debug, clap::Args)]
-#[command(next_help_heading = "Limits")]
-pub(crate) struct LimitArgs {
-    /// Instructions of the program, and of each call of a surface function
-    #[arg(long, value_name = "N", default_value_t = 10_000_000_000)]
-    pub(crate) fuel: u64,
-    /// Calls active at once; calls in tail position do not count
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
-    pub(crate) max_depth: usize,
-    /// Memory for the program's values; k, M and G are powers of 1024
-    #[arg(long, value_name = "SIZE", default_value = "4G", value_parser = values::bytes)]
-    pub(crate) max_memory: u64,
-    /// Pixels of one image
-    #[arg(long, value_name = "N", default_value_t = 1 << 28)]
-    pub(crate) max_pixels: u64,
-    /// Images of one run
-    #[arg(long, value_name = "N", default_value_t = 10_000)]
-    pub(crate) max_images: u64,
-    /// Reflection depth of one image
-    #[arg(long, value_name = "N", default_value_t = 100_000)]
-    pub(crate) max_reflections: u32,
+    /// Run a scene that may mean harm: tight limits, and no links to other places
+    ///
+    /// Limits that are not given become: --fuel 1000000000, --max-depth 10000, --max-memory 512M,
+    /// --max-pixels 16777216, --max-images 16, --max-reflections 1000 and --timeout 60s. Included
+    /// files must lie in the scene's own directory, or one of `-I`, and are not reached through links;
+    /// a scene from the standard input has no directory. On Linux the kernel is asked to refuse `run`
+    /// all writing but where its outputs go, and all connections (Landlock).
+    #[arg(long, help_heading = "Limits")]
+    pub(crate) untrusted: bool,
 }
 
 /// What the command line changes in a picture.
@@ -213,6 +239,13 @@ pub(crate) struct RunArgs {
     /// output directory.
     #[arg(long, value_name = "NAME", help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,
+    /// Run the program once for each frame, from A to B, with `frame` and `clock` bound
+    ///
+    /// `frame` is the number of the frame, an integer, and `clock` a real, 0.0 in the first frame and
+    /// 1.0 in the last. {frame} in the names of outputs stands for the number; the scene's own names get
+    /// it at their ends, as in ball-0007.ppm.
+    #[arg(long, value_name = "A..B", value_parser = frames::read, conflicts_with = "parts", help_heading = "Output")]
+    pub(crate) frames: Option<Frames>,
     /// File format; without it the name's extension decides, and PPM is the default
     ///
     /// With this option an extension that the scene gives is replaced.
@@ -242,6 +275,9 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) economy: EconomyArgs,
 
+    /// Run again whenever the scene, or a file that it includes, changes; errors leave the last image
+    #[arg(long, help_heading = "Engine")]
+    pub(crate) watch: bool,
     #[command(flatten)]
     pub(crate) picture: PictureArgs,
     /// The numbers that rays are traced with; surface functions compute in doubles with either
@@ -258,7 +294,11 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) sampling: SamplingArgs,
     #[command(flatten)]
+    pub(crate) parts: PartsArgs,
+    #[command(flatten)]
     pub(crate) limits: LimitArgs,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
 }
 
 impl RunArgs {
@@ -285,10 +325,14 @@ Examples:
   gmlvm scene.gml --output '{name}-draft.png'
   gmlvm scene.gml --output - >a.ppm   to the standard output
   gmlvm - -D n=5 -D file=a.ppm        from the standard input, with two names bound
-  gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there";
+  gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there
+  gmlvm scene.gml --frames 1..50      fifty images of a scene that uses `clock`
+  gmlvm scene.gml --watch             again after each change
+  gmlvm scene.gml @final.args         with the options in a file, one on each line";
 
 /// An image file format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(crate) enum ImageFormat {
     /// Binary PPM (P6), a byte per channel
     Ppm,
@@ -356,6 +400,8 @@ pub(crate) struct CheckArgs {
     pub(crate) inputs: Inputs,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
 }
 
 const EVAL_ABOUT: &str = "\
@@ -373,47 +419,8 @@ pub(crate) struct EvalArgs {
     pub(crate) inputs: Inputs,
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
-}
-
-/// `gmlvm diff`.
-#[derive(Debug, clap::Args)]
-pub(crate) struct DiffArgs {
-    /// The one image: PPM, PNG or PFM
-    pub(crate) a: PathBuf,
-    /// The other
-    pub(crate) b: PathBuf,
-    /// What to measure, and to hold against the tolerance
-    #[arg(long, value_name = "METRIC", default_value = "count")]
-    pub(crate) metric: Metric,
-    /// How much is still the same; see the metrics [default: 0, for psnr: infinity]
-    #[arg(long, value_name = "T", value_parser = values::tolerance)]
-    pub(crate) tolerance: Option<f64>,
-    /// Write a picture of the differences: black where there is none, bright where it is large
-    #[arg(long, value_name = "FILE.png")]
-    pub(crate) map: Option<PathBuf>,
-    /// Print the result as JSON
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-const DIFF_ABOUT: &str = "\
-Compare two images of the formats PPM (P6), PNG and PFM.
-
-Channels are compared in levels: 1/255 of full scale, whatever the format; alpha is ignored. Images \
-of unequal sizes differ. Exits with 0 if the images are the same within the tolerance, with 1 if \
-they differ, with 2 if they cannot be read.";
-
-/// A measure of how much two images differ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(crate) enum Metric {
-    /// Number of pixels with a channel off by more than T levels; same if there are none
-    Count,
-    /// Largest difference of a channel, in levels; same if at most T
-    Max,
-    /// Root of the mean square of all channels' differences, in levels; same if at most T
-    Rmse,
-    /// Peak signal-to-noise ratio, 20 log10(255 / rmse) dB; same if at least T
-    Psnr,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
 }
 
 /// `gmlvm explain`.
@@ -421,73 +428,4 @@ pub(crate) enum Metric {
 pub(crate) struct ExplainArgs {
     /// The code, such as E0201
     pub(crate) code: String,
-}
-
-/// Reads the command line; on an error says so and ends the process, with exit code 2.
-pub(crate) fn parse() -> Args {
-    let args = Args::parse_from(with_command(std::env::args_os().collect()));
-    sampling::refuse_contradictions(&args.command);
-    args
-}
-
-/// Puts `run` in front of a scene that stands where the command would.
-fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
-    let mut at = 1;
-    while let Some(argument) = args.get(at) {
-        at += match argument.to_str() {
-            Some("-q" | "--quiet" | "-v" | "--verbose") => 1,
-            Some("--color" | "--message-format") => 2,
-            Some(other) if other.starts_with("--color=") => 1,
-            Some(other) if other.starts_with("--message-format=") => 1,
-            _ => break,
-        };
-    }
-    if args.get(at).is_some_and(|argument| !names_command(argument)) {
-        args.insert(at, "run".into());
-    }
-    args
-}
-
-/// Whether an argument is for us, and not a scene or an option of `run`.
-fn names_command(argument: &OsStr) -> bool {
-    let Some(text) = argument.to_str() else { return false };
-    if matches!(text, "-h" | "--help" | "-V" | "--version") || COMMANDS.contains(&text) {
-        return true;
-    }
-    // A plain word that is no file is more likely a mistyped command, and clap knows which.
-    let is_word = !text.is_empty() && text.bytes().all(|b| b.is_ascii_lowercase());
-    is_word && !std::path::Path::new(text).exists()
-}
-
-#[cfg(test)]
-mod tests {
-    use clap::CommandFactory;
-
-    use super::*;
-
-    #[test]
-    fn the_command_line_is_consistent() {
-        Args::command().debug_assert();
-        let names: Vec<_> =
-            Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..9]);
-    }
-
-    #[test]
-    fn a_scene_in_place_of_a_command_is_run() {
-        let expand = |line: &str| {
-            let args = format!("gmlvm {line}").split(' ').map(OsString::from).collect();
-            let args: Vec<_> =
-                with_command(args).into_iter().map(|a| a.into_string().expect("text")).collect();
-            args[1..].join(" ")
-        };
-        assert_eq!(expand("a.gml"), "run a.gml");
-        assert_eq!(expand("-"), "run -");
-        assert_eq!(expand("-o out a.gml"), "run -o out a.gml");
-        assert_eq!(expand("-q --color never a.gml"), "-q --color never run a.gml");
-        assert_eq!(expand("-q eval a.gml"), "-q eval a.gml");
-        assert_eq!(expand("run a.gml"), "run a.gml");
-        assert_eq!(expand("--help"), "--help");
-        assert_eq!(expand("dissasm a.gml"), "dissasm a.gml");
-    }
 }

@@ -21,6 +21,8 @@ pub(crate) enum Failure {
     Usage(String),
     /// Two engines gave different results.
     Unequal(String),
+    /// A limit is reached, and not by a program.
+    Limit(String),
     /// Something other than an image could not be written.
     Output(String),
     /// Whoever read the standard output wants no more: nothing to report.
@@ -34,6 +36,7 @@ impl Failure {
             Failure::Shown(class) => class_exit_code(*class),
             Failure::Unequal(_) => class_exit_code(Class::Program),
             Failure::Usage(_) => class_exit_code(Class::Usage),
+            Failure::Limit(_) => class_exit_code(Class::Limit),
             Failure::Output(_) => class_exit_code(Class::Output),
             Failure::ClosedPipe => EXIT_CLOSED_PIPE,
         }
@@ -42,9 +45,10 @@ impl Failure {
     /// What the user has not been told yet.
     pub(crate) fn message(&self) -> Option<&str> {
         match self {
-            Failure::Usage(message) | Failure::Unequal(message) | Failure::Output(message) => {
-                Some(message)
-            }
+            Failure::Usage(message)
+            | Failure::Unequal(message)
+            | Failure::Limit(message)
+            | Failure::Output(message) => Some(message),
             Failure::Shown(_) | Failure::ClosedPipe => None,
         }
     }

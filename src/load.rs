@@ -1,22 +1,24 @@
 //! Reading programs: the scene, what it includes, and what the command line adds.
 
-use std::collections::HashMap;
 use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use compiler::ast::Body;
 use compiler::bytecode::Program;
 use compiler::diagnostic::{Code, Diagnostic};
-use compiler::preprocess::Includes;
+use compiler::preprocess;
 use compiler::source::{FileId, MAX_SOURCE_BYTES, SourceMap, Span};
 
 use crate::args::Inputs;
 use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
+use crate::load::includes::FileIncludes;
 use crate::report::{Reporter, hint};
+
+mod includes;
 
 /// How the standard input is named in messages.
 const STDIN_NAME: &str = "<stdin>";
@@ -95,11 +97,7 @@ impl<'a> Source<'a> {
     /// What finds the files that this scene includes.
     pub(crate) fn includes(&self) -> FileIncludes<'a> {
         let directory = if is_stdio(self.path) { None } else { self.path.parent() };
-        let directory = directory.unwrap_or(Path::new("")).to_owned();
-        FileIncludes {
-            directories: HashMap::from([(shown_name(self.path), directory)]),
-            search: &self.inputs.include_dirs,
-        }
+        FileIncludes::new(shown_name(self.path), directory, self.inputs)
     }
 
     /// The tree, read anew: while a program runs it is not kept. Its files take the same addresses,
@@ -110,37 +108,24 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Finds included files: beside the including file, then in the directories of `-I`.
-pub(crate) struct FileIncludes<'a> {
-    /// Of each file read, by the name shown, its directory.
-    directories: HashMap<String, PathBuf>,
-    search: &'a [PathBuf],
-}
-
-impl Includes for FileIncludes<'_> {
-    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
-        // `./x` is `x`: who includes whom is seen by the names.
-        let is_here = |part: &Component<'_>| *part == Component::CurDir;
-        let name: PathBuf = Path::new(name).components().filter(|part| !is_here(part)).collect();
-        let beside = self.directories.get(from).map(|directory| directory.join(&name));
-        let elsewhere = self.search.iter().map(|directory| directory.join(&name));
-        let (path, bytes) = beside
-            .into_iter()
-            .chain(elsewhere)
-            .filter(|path| path.is_file())
-            .find_map(|path| read_file(&path).ok().map(|bytes| (path, bytes)))?;
-        let shown = path.display().to_string();
-        let directory = path.parent().unwrap_or(Path::new("")).to_owned();
-        self.directories.insert(shown.clone(), directory);
-        Some((shown, bytes))
-    }
-}
-
 /// File, line and column of a span, as messages show them.
 pub(crate) fn place(sources: &SourceMap, span: Span) -> String {
     sources.file_of(span).map_or_else(String::new, |file| {
         format!("{}:{}", clean(&file.name), file.line_column(span))
     })
+}
+
+/// The files that a scene consists of, by the names shown, as far as they are found, and whether all are.
+pub(crate) fn files(path: &Path, inputs: &Inputs) -> (Vec<PathBuf>, bool) {
+    let mut sources = SourceMap::default();
+    let mut includes = FileIncludes::new(shown_name(path), path.parent(), inputs);
+    let bytes = read_file(path).ok();
+    let root = bytes.and_then(|bytes| sources.add(&shown_name(path), bytes).ok());
+    let is_complete = root.is_some_and(|root| {
+        let errors = preprocess::tokens(&mut sources, root, &mut includes).err();
+        !errors.into_iter().flatten().any(|error| error.code == Code::IncludeNotFound)
+    });
+    (sources.files().map(|file| PathBuf::from(&file.name)).collect(), is_complete)
 }
 
 /// Whether a path on the command line stands for a standard stream.

@@ -9,26 +9,33 @@ use crate::report::Reporter;
 mod args;
 mod chart;
 mod clean;
+#[cfg(target_os = "linux")]
+mod confine;
 mod console;
 mod crash;
 mod driver;
 mod failure;
 mod formats;
+mod frames;
 mod listing;
 mod load;
 mod measure;
 mod output;
+mod parts;
 mod perf;
 mod report;
 mod run;
 mod stability;
 mod trace;
 mod values;
+mod watch;
+mod watchdog;
 
 fn main() -> ExitCode {
     let args = args::parse();
     let reporter = Reporter::new(&args.common);
     let ended = crash::guarded(|| {
+        watchdog::start(args.command.timeout(), reporter)?;
         crash::require_cpu()?;
         driver::execute(&args, &reporter)
     });

@@ -22,6 +22,7 @@ use vm::value::Closure;
 
 use crate::args::{Engine, Precision};
 use crate::formats::{Picture, Pixels};
+use crate::parts::store::ImageParts;
 use crate::perf::PerfMap;
 use crate::run::plan::Plan;
 
@@ -90,7 +91,28 @@ pub(crate) fn trace_job(
     })
 }
 
-/// The same in pixels of any kind.
+/// The same in the pieces that `parts` says.
+///
+/// # Errors
+/// What a surface function does wrong.
+pub(crate) fn trace_parts(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    parts: &mut ImageParts<'_>,
+    is_linear: bool,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Traced, TraceFailure> {
+    Ok(if is_linear {
+        let traced = trace_pieces(job, plan, settings, parts, progress)?;
+        traced.map(|image| picture(image, Pixels::Linear))
+    } else {
+        let traced = trace_pieces(job, plan, settings, parts, progress)?;
+        traced.map(|image| picture(image, Pixels::Bytes))
+    })
+}
+
+/// Traces an image in pixels of any kind.
 ///
 /// # Errors
 /// What a surface function does wrong.
@@ -100,10 +122,43 @@ pub(crate) fn trace_pixels<P: Pixel>(
     settings: Settings<'_>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced<Image<P>>, TraceFailure> {
+    trace_pieces(job, plan, settings, &mut Whole, progress)
+}
+
+fn trace_pieces<P: Pixel>(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    pieces: &mut dyn Pieces<P>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Traced<Image<P>>, TraceFailure> {
     match settings.precision {
-        Precision::F64 => trace_with::<Scene<f64>, P>(job, plan, settings, progress),
-        Precision::Dd => trace_with::<Scene<Dd>, P>(job, plan, settings, progress),
-        Precision::Certified => trace_with::<CertainScene, P>(job, plan, settings, progress),
+        Precision::F64 => trace_with::<Scene<f64>, P>(job, plan, settings, pieces, progress),
+        Precision::Dd => trace_with::<Scene<Dd>, P>(job, plan, settings, pieces, progress),
+        Precision::Certified => {
+            trace_with::<CertainScene, P>(job, plan, settings, pieces, progress)
+        }
+    }
+}
+
+/// Renders what a plan says of a scene that is ready to be traced.
+pub(crate) type Render<'r, P> = &'r dyn Fn(&Plan) -> Result<Rendered<P>, TraceFailure>;
+
+/// In which pieces an image is rendered.
+pub(crate) trait Pieces<P> {
+    /// Has all of them rendered; returns the image.
+    ///
+    /// # Errors
+    /// What a surface function does wrong.
+    fn render(&mut self, plan: &Plan, render: Render<'_, P>) -> Result<Rendered<P>, TraceFailure>;
+}
+
+/// In one piece.
+struct Whole;
+
+impl<P> Pieces<P> for Whole {
+    fn render(&mut self, plan: &Plan, render: Render<'_, P>) -> Result<Rendered<P>, TraceFailure> {
+        render(plan)
     }
 }
 
@@ -125,7 +180,7 @@ trait Traceable: Send + Sync + Sized {
 }
 
 /// An image, how each of its pixels is known, if that was asked for, and the rays it took.
-type Rendered<P> = (Image<P>, Option<Vec<Certainty>>, RayCounts);
+pub(crate) type Rendered<P> = (Image<P>, Option<Vec<Certainty>>, RayCounts);
 
 impl<R: Real> Traceable for Scene<R> {
     fn build(job: &RenderJob<'_>, omissions: Omissions) -> (Self, Vec<Arc<Closure>>) {
@@ -178,6 +233,7 @@ fn trace_with<T: Traceable, P: Pixel>(
     job: &RenderJob<'_>,
     plan: &Plan,
     settings: Settings<'_>,
+    pieces: &mut dyn Pieces<P>,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Traced<Image<P>>, TraceFailure> {
     let now = settings.clock;
@@ -197,12 +253,14 @@ fn trace_with<T: Traceable, P: Pixel>(
     let made = now();
     let times = || shaders.as_ref().map_or(Duration::ZERO, |shaders| shaders.times().total());
     let times_before = times();
-    let (picture, certainties, rays) = settings.threads.install(|| match &shaders {
-        Some(shaders) => scene.render(plan, settings.sampling, || shaders.worker(), progress),
-        None => {
-            let worker = || InterpSurfaces::new(job.program, &surfaces, limits);
-            scene.render(plan, settings.sampling, worker, progress)
-        }
+    let (picture, certainties, rays) = pieces.render(plan, &|plan| {
+        settings.threads.install(|| match &shaders {
+            Some(shaders) => scene.render(plan, settings.sampling, || shaders.worker(), progress),
+            None => {
+                let worker = || InterpSurfaces::new(job.program, &surfaces, limits);
+                scene.render(plan, settings.sampling, worker, progress)
+            }
+        })
     })?;
     let trace_time = now() - made;
     let jit_time = (made - built) + (times() - times_before);

@@ -156,6 +156,12 @@ fn limits() {
         &[],
         &["--max-memory", "1M"],
     );
+    check_with(
+        "E0405",
+        "{ /self self self apply } /loop loop loop apply",
+        &[],
+        &["--timeout", "200ms", "--fuel", "1000000000000000"],
+    );
     let ball = format!("{BALL} 0 60.0 100 200 \"a.ppm\" render");
     check_with("E0404", &ball, &[], &["--max-pixels", "10000"]);
     check_with("E0404-images", &ball, &[], &["--max-images", "0"]);

@@ -221,7 +221,9 @@ fn links_lead_somewhere() {
         "README.md",
         "docs/ARCHITECTURE.md",
         "docs/accuracy.md",
+        "docs/parts.md",
         "docs/stability.md",
+        "docs/untrusted.md",
         "docs/gallery/README.md",
     ] {
         let text = read(name);

@@ -175,6 +175,10 @@ codes! {
         "The image has more pixels than `--max-pixels` allows, the scene more solids than fit in \
          `--max-memory`, the program renders more images than `--max-images`, or light may be \
          reflected more often than `--max-reflections`: between two mirrors it would be.";
+    /// Time limit reached
+    TimeLimit = "E0405" Limit
+        "The whole run took longer than `--timeout` allows. What was finished by then stays; the image \
+         that was being rendered is not written.";
     /// File name refused
     RefusedPath = "E0501" Policy
         "The scene names its image files, and scenes are not trusted: the name must be relative, \

@@ -125,6 +125,11 @@ impl SourceMap {
         &self.files[id.0 as usize]
     }
 
+    /// All files, in the order in which they were added.
+    pub fn files(&self) -> impl Iterator<Item = &SourceFile> {
+        self.files.iter()
+    }
+
     /// The file that holds `span`, unless it is [`Span::NONE`].
     #[must_use]
     pub fn file_of(&self, span: Span) -> Option<&SourceFile> {

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
-use crate::args::{Inputs, LimitArgs};
+use crate::args::{Inputs, LimitArgs, TimeArgs};
 
 pub(super) const DISASM_ABOUT: &str = "\
 Show a scene's tokens, tree, bytecode or machine code, beside the places in the source text they \
@@ -45,6 +45,8 @@ pub(crate) struct DisasmArgs {
 
     #[command(flatten)]
     pub(crate) limits: LimitArgs,
+    #[command(flatten)]
+    pub(crate) time: TimeArgs,
 }
 
 /// A form that a program takes on its way through the compilers, in their order.

@@ -3,6 +3,7 @@
 use crate::args::{Args, Command};
 use crate::failure::Failure;
 use crate::report::Reporter;
+use crate::watch;
 
 mod accept;
 mod bench;
@@ -12,6 +13,8 @@ mod diff;
 mod disasm;
 mod eval;
 mod explain;
+mod manual;
+mod merge;
 mod run;
 mod stability;
 
@@ -21,6 +24,7 @@ mod stability;
 /// Why it ended early.
 pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
     match &args.command {
+        Command::Run(run) if run.watch => watch::watch(run, &args.line, reporter),
         Command::Run(args) => run::run(args, reporter),
         Command::Check(args) => check::check(args, reporter),
         Command::Disasm(args) => disasm::disasm(args, reporter),
@@ -29,6 +33,9 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Bench(args) => bench::bench(args, reporter),
         Command::Chart(args) => chart::chart(args, reporter),
         Command::Stability(args) => stability::stability(args, reporter),
+        Command::Merge(args) => merge::merge(args, reporter),
         Command::Explain(args) => explain::explain(args),
+        Command::Completions(args) => manual::completions(args),
+        Command::Man(args) => manual::man(args),
     }
 }

@@ -14,20 +14,47 @@ use crate::console;
 use crate::failure::Failure;
 use crate::listing::numbered;
 use crate::load::Source;
+use crate::parts::store::Store;
 use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::Renders;
 use crate::run::stats::{Counts, Phases, seconds};
 
 pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
+    if args.inputs.untrusted {
+        confine(args, reporter);
+    }
     let threads = threads(args.threads.map_or(0, usize::from))?;
     let mut host = Renders::new(args, &threads, reporter)?;
-    execute(args, &mut host, reporter)?;
+    match args.frames {
+        Some(frames) => {
+            let shard = args.parts.shard.map(|choice| choice.resolve()).transpose()?;
+            for frame in frames.of(shard) {
+                let mut args = args.clone();
+                args.inputs.defines.extend(frames.definitions(frame));
+                host.frame = Some(frame);
+                execute(&args, &mut host, reporter)?;
+            }
+        }
+        None => execute(args, &mut host, reporter)?,
+    }
     write_stats(args, threads.current_num_threads(), host)?;
     Ok(0)
 }
 
-/// Reads, compiles and runs a scene. What that took is in the host's statistics then.
+/// Has the kernel refuse this thread, and those to come, all writing but where the outputs go.
+#[cfg(target_os = "linux")]
+fn confine(args: &RunArgs, reporter: &Reporter) {
+    let confinement = crate::confine::confine(&args.writable());
+    reporter.detail(confinement.line());
+}
+
+#[cfg(not(target_os = "linux"))]
+fn confine(_: &RunArgs, reporter: &Reporter) {
+    reporter.detail("not confined: there is no Landlock on this system");
+}
+
+/// Reads, compiles and runs a scene. What that took is added to the host's statistics.
 ///
 /// # Errors
 /// When something is wrong; with the program, the user has been told.
@@ -45,17 +72,20 @@ pub(super) fn execute(
     host.stats.counts = Counts {
         functions: functions.len(),
         instructions: functions.iter().map(|function| function.code.len()).sum(),
-        ..Counts::default()
+        ..host.stats.counts
     };
+    let (busy, hashing) = (host.busy, host.hash_time);
     if args.perf_map {
         host.perf_map = Some(PerfMap::create(&program.bytecode, &source.sources)?);
     }
+    host.parts = Store::open(args, &source.sources)?;
     let outcome = Machine::new(&program, args.limits.machine()).run(host);
-    host.stats.total = seconds(start.elapsed().saturating_sub(host.hash_time));
+    let Phases { read, compile, run, .. } = host.stats.phases;
+    host.stats.total += seconds(start.elapsed().saturating_sub(host.hash_time - hashing));
     host.stats.phases = Phases {
-        read: seconds(source.read_time),
-        compile: seconds(run_start - compile_start),
-        run: seconds(run_start.elapsed().saturating_sub(host.busy)),
+        read: read + seconds(source.read_time),
+        compile: compile + seconds(run_start - compile_start),
+        run: run + seconds(run_start.elapsed().saturating_sub(host.busy - busy)),
         ..host.stats.phases
     };
     if reporter.verbose {
@@ -68,6 +98,7 @@ pub(super) fn execute(
         Some(failure) => failure,
         None => source.stopped(error.into_diagnostic(), reporter),
     })?;
+    host.finish_parts()?;
     host.perf_map.take().map_or(Ok(()), PerfMap::finish)
 }
 

@@ -3,8 +3,11 @@
 use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
-use std::os::fd::AsFd;
+use std::os::fd::{AsFd, OwnedFd};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use rustix::fs::{AtFlags, Mode, OFlags, openat, renameat, unlinkat};
 use rustix::io::Errno;
@@ -39,8 +42,34 @@ pub(super) fn replace(
         Some(temporary) => temporary,
         None => TemporaryName::take(directory, |name| give_name(&file, directory, name))?.0,
     };
-    renameat(directory, &temporary.name, directory, name.as_ref())?;
+    temporary.rename(name.as_ref())?;
     Ok(())
+}
+
+/// Removes all temporary names, and makes whoever wants to do something with one wait for ever: the
+/// process is about to end. A change that is under way is waited for, but for so long only, since a
+/// file system may hang.
+pub(super) fn abandon(patience: Duration) {
+    let begun = Instant::now();
+    let names = loop {
+        match TEMPORARY_NAMES.try_lock() {
+            Ok(names) => break names,
+            Err(TryLockError::Poisoned(poisoned)) => break poisoned.into_inner(),
+            Err(TryLockError::WouldBlock) if begun.elapsed() > patience => return,
+            Err(TryLockError::WouldBlock) => thread::sleep(Duration::from_millis(1)),
+        }
+    };
+    for (directory, name) in names.iter() {
+        let _ = unlinkat(directory, name, AtFlags::empty());
+    }
+    std::mem::forget(names);
+}
+
+/// The temporary names that there are, each with its directory.
+static TEMPORARY_NAMES: Mutex<Vec<(OwnedFd, String)>> = Mutex::new(Vec::new());
+
+fn temporary_names() -> MutexGuard<'static, Vec<(OwnedFd, String)>> {
+    TEMPORARY_NAMES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 const FILE_MODE: Mode = Mode::from_raw_mode(0o666);
@@ -75,7 +104,8 @@ fn give_name(_: &File, _: &impl AsFd, _: &str) -> Result<(), Errno> {
     Err(Errno::NOSYS)
 }
 
-/// A name that stands for a file until the file gets its own; what still has it then, goes.
+/// A name that stands for a file until the file gets its own; what still has it then, goes. While it
+/// stands it is one of [`TEMPORARY_NAMES`], which are locked for every change.
 struct TemporaryName<'d, D: AsFd> {
     directory: &'d D,
     name: String,
@@ -91,8 +121,15 @@ impl<'d, D: AsFd> TemporaryName<'d, D> {
         loop {
             let number = COUNTER.fetch_add(1, Ordering::Relaxed);
             let name = format!(".gmlvm-{}-{number}.tmp", std::process::id());
+            let handle = directory.as_fd().try_clone_to_owned().map_err(|error| {
+                error.raw_os_error().map_or(Errno::IO, Errno::from_raw_os_error)
+            })?;
+            let mut names = temporary_names();
             match claim(&name) {
-                Ok(claimed) => return Ok((TemporaryName { directory, name }, claimed)),
+                Ok(claimed) => {
+                    names.push((handle, name.clone()));
+                    return Ok((TemporaryName { directory, name }, claimed));
+                }
                 // Left by a process that was killed and whose number came round again.
                 Err(Errno::EXIST) => {}
                 Err(error) => return Err(error),
@@ -101,8 +138,18 @@ impl<'d, D: AsFd> TemporaryName<'d, D> {
     }
 }
 
+impl<D: AsFd> TemporaryName<'_, D> {
+    /// Gives the file its own name.
+    fn rename(self, name: &OsStr) -> Result<(), Errno> {
+        let _locked = temporary_names();
+        renameat(self.directory, &self.name, self.directory, name)
+    }
+}
+
 impl<D: AsFd> Drop for TemporaryName<'_, D> {
     fn drop(&mut self) {
+        let mut names = temporary_names();
         let _ = unlinkat(self.directory, &self.name, AtFlags::empty());
+        names.retain(|(_, name)| *name != self.name);
     }
 }

@@ -7,6 +7,7 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use crate::console;
 use crate::failure::Failure;
@@ -109,6 +110,12 @@ impl Target {
             Failure::Output(format!("could not write `{}`: {reason}", shown.display()))
         })
     }
+}
+
+/// Removes what stands for files that are being written: the process is about to end. Waits only so long
+/// for a change that is under way.
+pub(crate) fn abandon(patience: Duration) {
+    atomic::abandon(patience);
 }
 
 /// A name without directory and extension, if it is one that could stand in a path.

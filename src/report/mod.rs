@@ -80,14 +80,14 @@ impl Reporter {
     /// Says something that is not an error, unless the user wants quiet.
     pub(crate) fn note(&self, line: &str) {
         if !self.quiet {
-            console::say(&format!("{line}\n"));
+            console::say(&format!("{}\n", clean_lines(line)));
         }
     }
 
     /// Says something that only those who asked for more want to hear.
     pub(crate) fn detail(&self, line: &str) {
         if self.verbose {
-            console::say(&format!("{line}\n"));
+            console::say(&format!("{}\n", clean_lines(line)));
         }
     }
 }

@@ -12,7 +12,7 @@ use crate::args::ImageFormat;
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
 use crate::output::Target;
-use crate::run::naming;
+use crate::run::naming::{self, Number};
 
 /// Numbers of pixels by how they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -85,24 +85,24 @@ impl Known {
 ///
 /// # Errors
 /// When it is no PNG file, or has a placeholder that does not exist.
-pub(crate) fn check_name(file: &Path) -> Result<(), Failure> {
+pub(crate) fn check_name(file: &Path, has_frames: bool) -> Result<(), Failure> {
     if formats::of_name(file) != Some(ImageFormat::Png) {
         let shown = file.display();
         return Err(Failure::Usage(format!(
             "`--mark-uncertain {shown}`: the name must end in .png"
         )));
     }
-    naming::check_placeholders("--mark-uncertain", &file.to_string_lossy())
+    naming::check_placeholders("--mark-uncertain", &file.to_string_lossy(), has_frames)
 }
 
-/// Writes the picture of how the pixels of a job's image, the `number`th of the run, are known.
+/// Writes the picture of how the pixels of a job's image are known.
 ///
 /// # Errors
 /// When it cannot be written.
 pub(crate) fn write_marks(
     file: &Path,
     job: &RenderJob<'_>,
-    number: u64,
+    number: Number,
     certainties: &[Certainty],
     picture: &Picture,
 ) -> Result<(), Box<Diagnostic>> {

@@ -15,13 +15,15 @@ use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture};
+use crate::frames;
 use crate::measure::machine;
 use crate::output::Problem;
+use crate::parts::store::{self, ImageParts, Store};
 use crate::perf::PerfMap;
 use crate::report::Reporter;
 use crate::run::certainty::Known;
 use crate::run::digest::Digest;
-use crate::run::naming::{Destination, Naming, Sink};
+use crate::run::naming::{Destination, Naming, Number, Sink};
 use crate::run::plan::Plan;
 use crate::run::stats::{ImageStats, Stats, seconds};
 use crate::trace::{self, Settings, TraceFailure, Traced};
@@ -30,12 +32,22 @@ use crate::values::Size;
 mod certainty;
 pub(crate) mod digest;
 mod economy;
+pub(crate) mod naming;
 pub(crate) mod plan;
 pub(crate) mod progress;
 pub(crate) mod stats;
 
 mod limits;
-mod naming;
+mod writable;
+
+/// What came of tracing an image.
+struct Outcome {
+    traced: Traced,
+    /// How many pixels were traced now.
+    n_pixels: u64,
+    /// What there is of parts, in words.
+    parts: Option<String>,
+}
 
 /// The host of `gmlvm run`, and of each run of `gmlvm bench`.
 pub(crate) struct Renders<'a> {
@@ -44,12 +56,16 @@ pub(crate) struct Renders<'a> {
     threads: &'a ThreadPool,
     naming: Naming,
     n_images: u64,
+    /// The frame that is being run, if there are frames.
+    pub(crate) frame: Option<u32>,
     /// What the images took.
     pub(crate) stats: Stats,
     /// How the surface functions of all images were evaluated.
     pub(crate) surfaces: Vec<SurfaceReport>,
     /// Who is told of machine code.
     pub(crate) perf_map: Option<PerfMap>,
+    /// Where parts of images are kept, if they are.
+    pub(crate) parts: Option<Store>,
     /// Time spent on images.
     pub(crate) busy: Duration,
     /// The files that went to memory, and the time that hashing them took.
@@ -69,9 +85,12 @@ impl<'a> Renders<'a> {
         threads: &'a ThreadPool,
         reporter: &'a Reporter,
     ) -> Result<Self, Failure> {
-        let naming = Naming::new(args)?;
+        let has_frames = args.frames.is_some();
+        let naming = Naming::new(args.output.as_deref(), &args.out_dir, has_frames)?;
+        store::check(args)?;
+        frames::check(args)?;
         if let Some(file) = &args.mark_uncertain {
-            certainty::check_name(file)?;
+            certainty::check_name(file, has_frames)?;
         }
         if matches!(naming, Naming::Stdout) {
             let usage = |message: &str| Err(Failure::Usage(message.to_owned()));
@@ -106,9 +125,11 @@ impl<'a> Renders<'a> {
             threads,
             naming,
             n_images: 0,
+            frame: None,
             stats: Stats::default(),
             surfaces: Vec::new(),
             perf_map: None,
+            parts: None,
             busy: Duration::ZERO,
             digest: Digest::default(),
             hash_time: Duration::ZERO,
@@ -127,14 +148,24 @@ impl<'a> Renders<'a> {
             Sink::File(target) => clean(&target.shown().to_string_lossy()).into_owned(),
             Sink::Stdout | Sink::Memory => "-".to_owned(),
         };
-        let traced = self.trace(job, &plan, destination.format, &shown)?;
-        let write_time = self.write(&destination, &traced.picture, job, &shown)?;
+        let Outcome { traced, n_pixels, parts } =
+            self.trace(job, &plan, destination.format, &shown)?;
+        let is_whole = self.parts.as_ref().is_none_or(|parts| parts.shard().is_none());
+        let write_time = match is_whole {
+            true => self.write(&destination, &traced.picture, job, &shown)?,
+            false => Duration::ZERO,
+        };
         let time = start.elapsed().as_secs_f64();
-        self.reporter.note(&format!("{shown}  {width}x{height}  {time:.2} s"));
+        let parts = parts.map_or(String::new(), |line| format!("  {line}"));
+        self.reporter.note(&format!("{shown}  {width}x{height}{parts}  {time:.2} s"));
         let known = self.certainty(job, &traced)?;
-        self.explain(job, &plan, &traced)?;
-        let file = matches!(destination.sink, Sink::File(_)).then_some(shown);
-        self.stats.add(image_stats(file, job, &plan, &traced, known, write_time));
+        if self.parts.is_none() {
+            self.explain(job, &plan, &traced)?;
+        }
+        let file = (is_whole && matches!(destination.sink, Sink::File(_))).then_some(shown);
+        let mut stats = image_stats(file, job, &plan, &traced, known, write_time);
+        stats.pixels = n_pixels;
+        self.stats.add(stats);
         self.surfaces.extend(traced.surfaces);
         Ok(())
     }
@@ -149,15 +180,20 @@ impl<'a> Renders<'a> {
         let known = Known::count(certainties);
         self.reporter.note(&format!("  {}", known.line()));
         if let Some(file) = &self.args.mark_uncertain {
-            certainty::write_marks(file, job, self.n_images, certainties, &traced.picture)?;
+            certainty::write_marks(file, job, self.number(), certainties, &traced.picture)?;
         }
         Ok(Some(known))
+    }
+
+    /// Which image the current one is.
+    fn number(&self) -> Number {
+        Number { image: self.n_images, frame: self.frame }
     }
 
     fn destination(&mut self, job: &RenderJob<'_>) -> Result<Destination, Box<Diagnostic>> {
         let destination = self
             .naming
-            .destination(&job.name, self.n_images, self.args.format)
+            .destination(&job.name, self.number(), self.args.format)
             .map_err(|problem| {
                 let path = self.args.out_dir.join(&*job.name);
                 unwritable(problem, job, &path.to_string_lossy(), &self.args.out_dir)
@@ -171,17 +207,35 @@ impl<'a> Renders<'a> {
     }
 
     fn trace(
-        &self,
+        &mut self,
         job: &RenderJob<'_>,
         plan: &Plan,
         format: ImageFormat,
         shown: &str,
-    ) -> Result<Traced, Box<Diagnostic>> {
-        let bar = progress::bar(shown, plan.n_pixels(), self.reporter.quiet);
+    ) -> Result<Outcome, Box<Diagnostic>> {
+        let settings = self.settings();
         let is_linear = format == ImageFormat::Pfm;
-        let traced = trace::trace_job(job, plan, self.settings(), is_linear, &|n| bar.inc(n));
+        let (n_image, view, reporter) = (self.n_images, &plan.view, self.reporter);
+        let parts = self.parts.as_ref();
+        let parts = parts.map(|store| store.image(job, n_image, view, format, reporter));
+        let mut parts = match parts.transpose() {
+            Ok(parts) => parts,
+            Err(failure) => return Err(self.stop(failure)),
+        };
+        let n_pixels = parts.as_ref().map_or(plan.n_pixels(), |parts| parts.n_pixels(view));
+        let line = parts.as_ref().map(ImageParts::line);
+        let bar = progress::bar(shown, n_pixels, reporter.quiet);
+        let progress = |n| bar.inc(n);
+        let traced = match &mut parts {
+            Some(parts) => trace::trace_parts(job, plan, settings, parts, is_linear, &progress),
+            None => trace::trace_job(job, plan, settings, is_linear, &progress),
+        };
         bar.finish_and_clear();
-        traced.map_err(|failure| surface_error(failure, job))
+        if let Some(failure) = parts.and_then(ImageParts::problem) {
+            return Err(self.stop(failure));
+        }
+        let traced = traced.map_err(|failure| surface_error(failure, job))?;
+        Ok(Outcome { traced, n_pixels, parts: line })
     }
 
     fn settings(&self) -> Settings<'_> {
@@ -242,6 +296,14 @@ impl<'a> Renders<'a> {
             }
         }
         Ok(start.elapsed())
+    }
+
+    /// Notes with the parts that there are no further images.
+    ///
+    /// # Errors
+    /// When that cannot be written.
+    pub(crate) fn finish_parts(&self) -> Result<(), Failure> {
+        self.parts.as_ref().map_or(Ok(()), |parts| parts.finish(self.n_images))
     }
 
     /// Ends the program for a reason that is none of its own; what is returned is never shown.

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::args::{ImageFormat, RunArgs};
+use crate::args::ImageFormat;
 use crate::clean::clean;
 use crate::failure::Failure;
 use crate::formats;
@@ -41,8 +41,12 @@ impl Naming {
     ///
     /// # Errors
     /// When the template has a placeholder that does not exist.
-    pub(crate) fn new(args: &RunArgs) -> Result<Self, Failure> {
-        let Some(output) = &args.output else { return Ok(Naming::Scene(args.out_dir.clone())) };
+    pub(crate) fn new(
+        output: Option<&Path>,
+        out_dir: &Path,
+        has_frames: bool,
+    ) -> Result<Self, Failure> {
+        let Some(output) = output else { return Ok(Naming::Scene(out_dir.to_owned())) };
         if output.as_os_str() == "-" {
             return Ok(Naming::Stdout);
         }
@@ -53,19 +57,19 @@ impl Naming {
                 clean(&text)
             )));
         }
-        check_placeholders("--output", &text)?;
-        let is_here = args.out_dir == Path::new(".");
-        Ok(Naming::Template(if is_here { output.clone() } else { args.out_dir.join(output) }))
+        check_placeholders("--output", &text, has_frames)?;
+        let is_here = out_dir == Path::new(".");
+        Ok(Naming::Template(if is_here { output.to_owned() } else { out_dir.join(output) }))
     }
 
-    /// Where the image goes that the scene calls `name`, the `number`th of the run.
+    /// Where the image goes that the scene calls `name`.
     ///
     /// # Errors
     /// When the scene's name is not allowed, or cannot be that of a file.
     pub(crate) fn destination(
         &self,
         name: &str,
-        number: u64,
+        number: Number,
         format: Option<ImageFormat>,
     ) -> Result<Destination, Problem> {
         let (sink, by_name) = match self {
@@ -85,11 +89,40 @@ impl Naming {
                     (Some(format), Some(other)) if format != other => with_format(name, format),
                     _ => name.to_owned(),
                 };
+                let name = match number.frame {
+                    // What is no name does not become one by its number.
+                    Some(frame) => {
+                        output::stem(&name).map_err(Problem::Refused)?;
+                        with_frame(&name, frame)
+                    }
+                    None => name,
+                };
                 (Sink::File(Target::below(directory, &name)?), by_name)
             }
         };
         let format = format.or(by_name).unwrap_or(ImageFormat::Ppm);
         Ok(Destination { sink, format })
+    }
+}
+
+/// Which image of a run one is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Number {
+    /// The number in the run, from 1.
+    pub(crate) image: u64,
+    /// The frame that it belongs to, if there are frames.
+    pub(crate) frame: Option<u32>,
+}
+
+/// The name with a frame's number before the extension.
+fn with_frame(name: &str, frame: u32) -> String {
+    let directory = name.rfind('/').map_or(0, |slash| slash + 1);
+    match name[directory..].rfind('.') {
+        Some(point) => {
+            let (stem, extension) = name.split_at(directory + point);
+            format!("{stem}-{frame:04}{extension}")
+        }
+        None => format!("{name}-{frame:04}"),
     }
 }
 
@@ -103,11 +136,19 @@ fn with_format(name: &str, format: ImageFormat) -> String {
 ///
 /// # Errors
 /// When it has others.
-pub(super) fn check_placeholders(option: &str, template: &str) -> Result<(), Failure> {
+pub(super) fn check_placeholders(
+    option: &str,
+    template: &str,
+    has_frames: bool,
+) -> Result<(), Failure> {
     let rest = template.replace("{name}", "").replace("{n}", "");
+    let rest = if has_frames { rest.replace("{frame}", "") } else { rest };
     if rest.contains(['{', '}']) {
         let shown = clean(template);
-        let message = format!("`{option} {shown}`: the placeholders are {{name}} and {{n}}");
+        let message = format!(
+            "`{option} {shown}`: the placeholders are {{name}} and {{n}}, and with \
+             `--frames` {{frame}}"
+        );
         return Err(Failure::Usage(message));
     }
     Ok(())
@@ -117,10 +158,11 @@ pub(super) fn check_placeholders(option: &str, template: &str) -> Result<(), Fai
 ///
 /// # Errors
 /// When the scene's name is not allowed.
-pub(super) fn filled(template: &Path, name: &str, number: u64) -> Result<PathBuf, Problem> {
+pub(super) fn filled(template: &Path, name: &str, number: Number) -> Result<PathBuf, Problem> {
     let Some(text) = template.to_str() else { return Ok(template.to_owned()) };
     // The scene's name could hold `{n}`, which is no placeholder there, and so comes last.
-    let text = text.replace("{n}", &number.to_string());
+    let text = text.replace("{n}", &number.image.to_string());
+    let text = number.frame.map_or(text.clone(), |n| text.replace("{frame}", &format!("{n:04}")));
     if !text.contains("{name}") {
         return Ok(PathBuf::from(text));
     }
@@ -134,13 +176,21 @@ mod tests {
 
     #[test]
     fn placeholders_are_filled() {
+        let number = Number { image: 7, frame: Some(12) };
         let fill = |template: &str, name: &str| {
-            filled(Path::new(template), name, 7).map(|path| path.display().to_string()).ok()
+            filled(Path::new(template), name, number).map(|path| path.display().to_string()).ok()
         };
+        assert_eq!(fill("{frame}/{name}", "{frame}.ppm").as_deref(), Some("0012/{frame}"));
         assert_eq!(fill("out/{name}-{n}.png", "a/b.ppm").as_deref(), Some("out/b-7.png"));
         assert_eq!(fill("{name}", "x{n}.ppm").as_deref(), Some("x{n}"));
         assert_eq!(fill("{name}.png", "../b.ppm"), None);
         assert_eq!(fill("x.png", "../b.ppm").as_deref(), Some("x.png"));
+    }
+
+    #[test]
+    fn frames_stand_before_the_extension() {
+        let names = ["a.ppm", "d.x/a", "d.x/a.b.png", "a"].map(|name| with_frame(name, 7));
+        assert_eq!(names, ["a-0007.ppm", "d.x/a-0007", "d.x/a.b-0007.png", "a-0007"]);
     }
 
     #[test]

@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 
-use crate::args::{BenchArgs, Dialect, EconomyArgs, Engine, Precision, RunArgs};
+use crate::args::{
+    BenchArgs, Dialect, EconomyArgs, Engine, PartsArgs, Precision, RunArgs, TimeArgs,
+};
 use crate::clean::clean;
 use crate::driver::bench::Pools;
 use crate::driver::bench::export::{Compared, Details, Entry, SceneDetails};
@@ -107,6 +109,7 @@ impl<'p> Variant<'p> {
             inputs: args.inputs.clone(),
             out_dir: PathBuf::from("."),
             output: None,
+            frames: None,
             format: None,
             stats: None,
             mark_uncertain: None,
@@ -118,7 +121,10 @@ impl<'p> Variant<'p> {
             sampling: args.sampling,
             precision,
             certify: false,
+            watch: false,
+            parts: PartsArgs::default(),
             limits: args.limits,
+            time: TimeArgs::default(),
         };
         Variant {
             args,

@@ -1,0 +1,102 @@
+//! From the words of a command line to what they mean.
+
+use std::ffi::{OsStr, OsString};
+
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser};
+
+use crate::args::{Args, response, sampling};
+use crate::clean::clean;
+
+/// Names of the commands, for telling them from scenes.
+const COMMANDS: [&str; 13] = [
+    "run",
+    "check",
+    "disasm",
+    "eval",
+    "diff",
+    "bench",
+    "chart",
+    "stability",
+    "merge",
+    "explain",
+    "completions",
+    "man",
+    "help",
+];
+
+/// Reads the command line; on an error says so and ends the process, with exit code 2.
+pub(crate) fn parse() -> Args {
+    let args = response::expanded(std::env::args_os().collect())
+        .unwrap_or_else(|message| Args::command().error(ErrorKind::Io, clean(&message)).exit());
+    let args = with_command(args);
+    let mut parsed = Args::try_parse_from(&args).unwrap_or_else(|error| {
+        // The message quotes what is wrong. A file's name, say, that a shell has put there may hold
+        // commands for the terminal, so it is that about the cleaned line, which is as wrong.
+        let cleaned = args.iter().map(|argument| clean(&argument.to_string_lossy()).into_owned());
+        Args::try_parse_from(cleaned).err().unwrap_or(error).exit()
+    });
+    sampling::refuse_contradictions(&parsed.command);
+    parsed.line = args.into_iter().skip(1).filter(|argument| argument != "--watch").collect();
+    parsed
+}
+
+/// Puts `run` in front of a scene that stands where the command would.
+fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let mut at = 1;
+    while let Some(argument) = args.get(at) {
+        at += match argument.to_str() {
+            Some("-q" | "--quiet" | "-v" | "--verbose") => 1,
+            Some("--color" | "--message-format") => 2,
+            Some(other) if other.starts_with("--color=") => 1,
+            Some(other) if other.starts_with("--message-format=") => 1,
+            _ => break,
+        };
+    }
+    if args.get(at).is_some_and(|argument| !names_command(argument)) {
+        args.insert(at, "run".into());
+    }
+    args
+}
+
+/// Whether an argument is for us, and not a scene or an option of `run`.
+fn names_command(argument: &OsStr) -> bool {
+    let Some(text) = argument.to_str() else { return false };
+    if matches!(text, "-h" | "--help" | "-V" | "--version") || COMMANDS.contains(&text) {
+        return true;
+    }
+    // A plain word that is no file is more likely a mistyped command, and clap knows which.
+    let is_word = !text.is_empty() && text.bytes().all(|b| b.is_ascii_lowercase());
+    is_word && !std::path::Path::new(text).exists()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Args::command().debug_assert();
+        let names: Vec<_> =
+            Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
+        assert_eq!(names, COMMANDS[..12]);
+    }
+
+    #[test]
+    fn a_scene_in_place_of_a_command_is_run() {
+        let expand = |line: &str| {
+            let args = format!("gmlvm {line}").split(' ').map(OsString::from).collect();
+            let args: Vec<_> =
+                with_command(args).into_iter().map(|a| a.into_string().expect("text")).collect();
+            args[1..].join(" ")
+        };
+        assert_eq!(expand("a.gml"), "run a.gml");
+        assert_eq!(expand("-"), "run -");
+        assert_eq!(expand("-o out a.gml"), "run -o out a.gml");
+        assert_eq!(expand("-q --color never a.gml"), "-q --color never run a.gml");
+        assert_eq!(expand("-q eval a.gml"), "-q eval a.gml");
+        assert_eq!(expand("run a.gml"), "run a.gml");
+        assert_eq!(expand("--help"), "--help");
+        assert_eq!(expand("dissasm a.gml"), "dissasm a.gml");
+    }
+}
