@@ -74,31 +74,42 @@ pub(super) fn render(
         perf_map: None,
         clock: thread_time,
     };
+    in_time(setting, |progress| match how {
+        Render::Tracer(engine, precision) => {
+            traced(job, plan, ours(engine, precision), progress, single)
+        }
+        Render::Naive(Numbers::F32, epsilon) => {
+            naive::<f32>(job, plan, epsilon, setting.limits, progress)
+        }
+        Render::Naive(Numbers::F64, epsilon) => {
+            naive::<f64>(job, plan, epsilon, setting.limits, progress)
+        }
+        Render::Grid(n) => {
+            let finer =
+                Plan { view: finer(&plan.view, n), illumination: plan.illumination.clone() };
+            let settings = ours(Engine::Jit, Precision::F64);
+            traced(job, &finer, settings, progress, |image, region| means(image, region, n))
+        }
+    })
+}
+
+/// Lets a tracer run on the setting's threads, and gives it up when its time is over. The tracer
+/// tells its progress to what it gets.
+///
+/// # Errors
+/// The tracer's, or that its time was over.
+pub(super) fn in_time<T: Send>(
+    setting: Setting<'_>,
+    tracer: impl FnOnce(&(dyn Fn(u64) + Sync)) -> Result<T, Stop> + Send,
+) -> Result<T, Stop> {
     let run = || {
         let start = thread_time();
         // Tracers know no other way out between two rows than to unwind.
-        let progress = |_| {
+        tracer(&|_| {
             if setting.timeout.is_some_and(|timeout| thread_time() - start > timeout) {
                 resume_unwind(Box::new(GivenUp));
             }
-        };
-        match how {
-            Render::Tracer(engine, precision) => {
-                traced(job, plan, ours(engine, precision), &progress, single)
-            }
-            Render::Naive(Numbers::F32, epsilon) => {
-                naive::<f32>(job, plan, epsilon, setting.limits, &progress)
-            }
-            Render::Naive(Numbers::F64, epsilon) => {
-                naive::<f64>(job, plan, epsilon, setting.limits, &progress)
-            }
-            Render::Grid(n) => {
-                let finer =
-                    Plan { view: finer(&plan.view, n), illumination: plan.illumination.clone() };
-                let settings = ours(Engine::Jit, Precision::F64);
-                traced(job, &finer, settings, &progress, |image, region| means(image, region, n))
-            }
-        }
+        })
     };
     match catch_unwind(AssertUnwindSafe(|| setting.threads.install(run))) {
         Ok(ended) => ended,
