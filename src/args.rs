@@ -13,12 +13,14 @@ pub(crate) use chart::ChartArgs;
 use chart::{CHART_ABOUT, CHART_EXAMPLES};
 use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
+pub(crate) use economy::EconomyArgs;
 use stability::STABILITY_ABOUT;
 pub(crate) use stability::StabilityArgs;
 
 mod bench;
 mod chart;
 mod disasm;
+mod economy;
 mod stability;
 
 /// Compile, run, inspect and measure GML scenes.
@@ -235,6 +237,8 @@ pub(crate) struct RunArgs {
     /// Write /tmp/perf-PID.map, by which the profiler `perf` names machine code
     #[arg(long, help_heading = "Engine")]
     pub(crate) perf_map: bool,
+    #[command(flatten)]
+    pub(crate) economy: EconomyArgs,
 
     #[command(flatten)]
     pub(crate) picture: PictureArgs,

@@ -9,6 +9,7 @@ use renderer::certify::{CertainScene, Certainty, certify};
 use renderer::image::{Image, Pixel};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
+use renderer::plan::{Omissions, Use};
 use renderer::scene::Scene;
 use renderer::shade::RayCounts;
 use renderer::surface::SurfaceEval;
@@ -31,8 +32,8 @@ pub(crate) struct Traced<I = Picture> {
     pub(crate) certainties: Option<Vec<Certainty>>,
     /// The rays it took.
     pub(crate) rays: RayCounts,
-    /// Shapes of the scene.
-    pub(crate) n_shapes: usize,
+    /// What the scene uses of the model.
+    pub(crate) used: Use,
     /// How each surface function of the scene was evaluated; empty with the interpreter.
     pub(crate) surfaces: Vec<SurfaceReport>,
     /// Surface functions of the scene.
@@ -57,6 +58,8 @@ pub(crate) struct Settings<'s> {
     pub(crate) engine: Engine,
     /// The numbers of the rays.
     pub(crate) precision: Precision,
+    /// What may be left out of the model.
+    pub(crate) omissions: Omissions,
     /// What each call of a surface function may use up.
     pub(crate) limits: Limits,
     /// Who is told of machine code.
@@ -104,9 +107,10 @@ pub(crate) fn trace_pixels<P: Pixel>(
 /// What is made of a job's object to be traced.
 trait Traceable: Send + Sync + Sized {
     /// Makes it, with the surface functions by number.
-    fn build(job: &RenderJob<'_>) -> (Self, Vec<Arc<Closure>>);
+    fn build(job: &RenderJob<'_>, omissions: Omissions) -> (Self, Vec<Arc<Closure>>);
 
-    fn n_shapes(&self) -> usize;
+    /// What it uses of the model.
+    fn used(&self, plan: &Plan) -> Use;
 
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
         &self,
@@ -120,12 +124,13 @@ trait Traceable: Send + Sync + Sized {
 type Rendered<P> = (Image<P>, Option<Vec<Certainty>>, RayCounts);
 
 impl<R: Real> Traceable for Scene<R> {
-    fn build(job: &RenderJob<'_>) -> (Self, Vec<Arc<Closure>>) {
-        surfaces::scene(&job.object)
+    fn build(job: &RenderJob<'_>, omissions: Omissions) -> (Self, Vec<Arc<Closure>>) {
+        let (scene, functions) = surfaces::scene(&job.object);
+        (scene.leaving_out(omissions), functions)
     }
 
-    fn n_shapes(&self) -> usize {
-        Scene::n_shapes(self)
+    fn used(&self, plan: &Plan) -> Use {
+        Use::of(self, &plan.illumination)
     }
 
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
@@ -140,15 +145,15 @@ impl<R: Real> Traceable for Scene<R> {
 }
 
 impl Traceable for CertainScene {
-    fn build(job: &RenderJob<'_>) -> (Self, Vec<Arc<Closure>>) {
+    fn build(job: &RenderJob<'_>, omissions: Omissions) -> (Self, Vec<Arc<Closure>>) {
         // Both number the surface functions alike: in the order of the operands.
-        let (exact, _) = surfaces::scene(&job.object);
-        let (quick, functions) = surfaces::scene(&job.object);
+        let (exact, _) = Scene::build(job, omissions);
+        let (quick, functions) = Scene::build(job, omissions);
         (CertainScene::new(quick, exact), functions)
     }
 
-    fn n_shapes(&self) -> usize {
-        CertainScene::n_shapes(self)
+    fn used(&self, plan: &Plan) -> Use {
+        CertainScene::used(self, &plan.illumination)
     }
 
     fn render<E: SurfaceEval<Error = Box<Error>> + Send, P: Pixel>(
@@ -170,7 +175,7 @@ fn trace_with<T: Traceable, P: Pixel>(
 ) -> Result<Traced<Image<P>>, TraceFailure> {
     let now = settings.clock;
     let start = now();
-    let (scene, surfaces) = settings.threads.install(|| T::build(job));
+    let (scene, surfaces) = settings.threads.install(|| T::build(job, settings.omissions));
     let built = now();
     let limits = settings.limits;
     let shaders = match settings.engine {
@@ -198,7 +203,7 @@ fn trace_with<T: Traceable, P: Pixel>(
         picture,
         certainties,
         rays,
-        n_shapes: scene.n_shapes(),
+        used: scene.used(plan),
         surfaces: shaders.map(|shaders| shaders.report()).unwrap_or_default(),
         n_surfaces: surfaces.len(),
         build_time: built - start,
@@ -218,7 +223,7 @@ impl<I> Traced<I> {
             picture: change(self.picture),
             certainties: self.certainties,
             rays: self.rays,
-            n_shapes: self.n_shapes,
+            used: self.used,
             surfaces: self.surfaces,
             n_surfaces: self.n_surfaces,
             build_time: self.build_time,

@@ -22,6 +22,7 @@ mod lower;
 mod outline;
 mod runtime;
 pub mod shaders;
+mod simplify;
 mod sir;
 mod specialize;
 mod stopwatch;

@@ -10,6 +10,7 @@ use crate::numeric::ball::Ball;
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
+use crate::plan::Use;
 use crate::render::{Failure, pixels};
 use crate::scene::Scene;
 use crate::shade::{Doubt, Illumination, RayCounts, Shader};
@@ -47,10 +48,10 @@ impl CertainScene {
         CertainScene { quick, exact }
     }
 
-    /// Number of shapes.
+    /// What it uses of the model.
     #[must_use]
-    pub fn n_shapes(&self) -> usize {
-        self.quick.n_shapes()
+    pub fn used(&self, illumination: &Illumination) -> Use {
+        Use::of(&self.quick, illumination)
     }
 }
 

@@ -16,6 +16,7 @@ pub mod light;
 pub mod numeric;
 pub mod object;
 mod placement;
+pub mod plan;
 mod ray;
 mod render;
 pub mod scene;

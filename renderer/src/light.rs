@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
+use crate::plan::{Omissions, Part};
 
 /// A light source, in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,15 +49,26 @@ pub enum Attenuation {
 }
 
 impl Attenuation {
-    /// The factor at distance `d`; 0 where the denominator is not positive.
-    fn factor<R: Real>(self, d: R) -> R {
-        let (numerator, [a0, a1, a2]) = match self {
+    /// Numerator, and coefficients of the denominator.
+    fn law(self) -> (f64, [f64; 3]) {
+        match self {
             Attenuation::Icfp => (100.0, [99.0, 0.0, 1.0]),
             Attenuation::Polynomial(coefficients) => (1.0, coefficients),
-        };
-        let [a0, a1, a2] = [a0, a1, a2].map(R::from_f64);
+        }
+    }
+
+    /// The factor at distance `d`; 0 where the denominator is not positive.
+    fn factor<R: Real>(self, d: R) -> R {
+        let (numerator, coefficients) = self.law();
+        let [a0, a1, a2] = coefficients.map(R::from_f64);
         let denominator = d.mul_add(d.mul_add(a2, a1), a0);
         if denominator > R::ZERO { R::from_f64(numerator) / denominator } else { R::ZERO }
+    }
+
+    /// Whether the factor is the same at all finite distances.
+    pub(crate) fn is_constant(self) -> bool {
+        let (_, [_, a1, a2]) = self.law();
+        a1 == 0.0 && a2 == 0.0
     }
 }
 
@@ -65,6 +77,9 @@ impl Attenuation {
 pub(crate) struct Lamp<R> {
     source: Source<R>,
     color: Vec3<R>,
+    attenuation: Attenuation,
+    /// The colour with the attenuation of all finite distances, if that is the same.
+    faded: Option<Vec3<R>>,
 }
 
 #[derive(Clone, Debug)]
@@ -87,76 +102,86 @@ struct Spot<R> {
     exponent: f64,
 }
 
-/// The light that arrives at a point if nothing is in the way.
+/// The way from a point to a light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Arriving<R> {
+pub(crate) struct Way<R> {
     /// Unit vector toward the light.
     pub(crate) toward: Vec3<R>,
     /// Direction of the shadow ray, of any length.
     pub(crate) shadow_dir: Vec3<R>,
     /// Where the light is on the shadow ray; none for infinity.
     pub(crate) shadow_end: Option<R>,
-    /// Linear RGB, attenuated.
-    pub(crate) intensity: Vec3<R>,
+    /// Cosine of the angle between a spotlight's axis and the way; 1 for other lights.
+    cos_axis: R,
 }
 
 impl<R: Real> Lamp<R> {
-    pub(crate) fn new(light: &Light) -> Self {
-        match *light {
+    pub(crate) fn new(light: &Light, attenuation: Attenuation, omissions: Omissions) -> Self {
+        let (source, color) = match *light {
             Light::Directional { dir, color } => {
                 let toward = (-Vec3::from_dvec3(dir)).normalized();
-                Lamp {
-                    source: toward.map_or(Source::Dark, Source::Directional),
-                    color: Vec3::from_dvec3(color),
-                }
+                (toward.map_or(Source::Dark, Source::Directional), color)
             }
-            Light::Point { position, color } => Lamp {
-                source: Source::Positional { position: Vec3::from_dvec3(position), spot: None },
-                color: Vec3::from_dvec3(color),
-            },
+            Light::Point { position, color } => {
+                let position = Vec3::from_dvec3(position);
+                (Source::Positional { position, spot: None }, color)
+            }
             Light::Spot { position, at, color, cutoff_deg, exponent } => {
                 let position: Vec3<R> = Vec3::from_dvec3(position);
                 let axis = (Vec3::from_dvec3(at) - position).normalized();
-                let spot =
-                    axis.map(|axis| Spot { axis, cos_cutoff: cos_cutoff(cutoff_deg), exponent });
-                Lamp {
-                    source: spot.map_or(Source::Dark, |spot| Source::Positional {
-                        position,
-                        spot: Some(spot),
-                    }),
-                    color: Vec3::from_dvec3(color),
-                }
+                let spot = |axis| {
+                    let spot = Spot { axis, cos_cutoff: cos_cutoff(cutoff_deg), exponent };
+                    Source::Positional { position, spot: Some(spot) }
+                };
+                (axis.map_or(Source::Dark, spot), color)
             }
-        }
+        };
+        let color: Vec3<R> = Vec3::from_dvec3(color);
+        let is_constant = omissions.holds(Part::Fading) && attenuation.is_constant();
+        let faded = is_constant.then(|| color * attenuation.factor(R::ONE));
+        Lamp { source, color, attenuation, faded }
     }
 
-    /// The light at `point`, `None` where there is none for sure.
-    pub(crate) fn arriving(&self, point: Vec3<R>, attenuation: Attenuation) -> Option<Arriving<R>> {
+    /// The way from a point to the light, `None` where there is no light for sure.
+    #[inline(always)]
+    pub(crate) fn way(&self, point: Vec3<R>) -> Option<Way<R>> {
         let (position, spot) = match &self.source {
             Source::Dark => return None,
             Source::Directional(toward) => {
-                return Some(Arriving {
-                    toward: *toward,
-                    shadow_dir: *toward,
-                    shadow_end: None,
-                    intensity: self.color,
-                });
+                let (toward, shadow_dir) = (*toward, *toward);
+                return Some(Way { toward, shadow_dir, shadow_end: None, cos_axis: R::ONE });
             }
             Source::Positional { position, spot } => (*position, spot),
         };
         let shadow_dir = position - point;
         let toward = shadow_dir.normalized()?;
-        let mut intensity = self.color * attenuation.factor(shadow_dir.dot(toward));
+        let mut cos_axis = R::ONE;
         if let Some(spot) = spot {
-            let cos = -spot.axis.dot(toward);
+            cos_axis = -spot.axis.dot(toward);
             // Reference 4.6: a point exactly on the edge of the cone is lit.
-            if cos < spot.cos_cutoff {
+            if cos_axis < spot.cos_cutoff {
                 return None;
             }
-            intensity = intensity * R::power(cos.max(R::ZERO), spot.exponent);
+        }
+        Some(Way { toward, shadow_dir, shadow_end: Some(R::ONE), cos_axis })
+    }
+
+    /// The light that arrives on this way if nothing is in it, linear RGB; `None` if there is none
+    /// for sure.
+    #[inline(always)]
+    pub(crate) fn intensity(&self, way: &Way<R>) -> Option<Vec3<R>> {
+        let Source::Positional { spot, .. } = &self.source else { return Some(self.color) };
+        let distance = way.shadow_dir.dot(way.toward);
+        // Only where the distance is beyond all doubles, fading that is constant is not.
+        let mut intensity = match self.faded {
+            Some(faded) if distance.to_f64().is_finite() => faded,
+            _ => self.color * self.attenuation.factor(distance),
+        };
+        if let Some(spot) = spot {
+            intensity = intensity * R::power(way.cos_axis.max(R::ZERO), spot.exponent);
         }
         let is_dark = [intensity.x, intensity.y, intensity.z].into_iter().all(R::is_surely_zero);
-        (!is_dark).then_some(Arriving { toward, shadow_dir, shadow_end: Some(R::ONE), intensity })
+        (!is_dark).then_some(intensity)
     }
 }
 
@@ -185,35 +210,26 @@ mod tests {
 
     #[test]
     fn lights_without_a_direction_are_dark() {
+        let lamp = |light| Lamp::<f64>::new(&light, Attenuation::Icfp, Omissions::ALL);
         let nowhere = Light::Directional { dir: DVec3::ZERO, color: WHITE };
-        assert!(Lamp::<f64>::new(&nowhere).arriving(Vec3::ZERO, Attenuation::Icfp).is_none());
+        assert!(lamp(nowhere).way(Vec3::ZERO).is_none());
         let position = DVec3::new(1.0, 2.0, 3.0);
         let here = Light::Point { position, color: WHITE };
-        assert!(
-            Lamp::<f64>::new(&here)
-                .arriving(Vec3::from_dvec3(position), Attenuation::Icfp)
-                .is_none()
-        );
+        assert!(lamp(here).way(Vec3::from_dvec3(position)).is_none());
         let aimless =
             Light::Spot { position, at: position, color: WHITE, cutoff_deg: 90.0, exponent: 1.0 };
-        assert!(Lamp::<f64>::new(&aimless).arriving(Vec3::ZERO, Attenuation::Icfp).is_none());
+        assert!(lamp(aimless).way(Vec3::ZERO).is_none());
     }
 
     #[test]
     fn spots_are_bright_inside_their_cone() {
-        let spot = |cutoff_deg| {
-            let at = DVec3::new(0.0, -1.0, 0.0);
-            Lamp::<f64>::new(&Light::Spot {
-                position: DVec3::ZERO,
-                at,
-                color: WHITE,
-                cutoff_deg,
-                exponent: 0.0,
-            })
-        };
         let no_attenuation = Attenuation::Polynomial([1.0, 0.0, 0.0]);
-        let lit = |cutoff, x: f64, y: f64| {
-            spot(cutoff).arriving(Vec3::new(x, y, 0.0), no_attenuation).is_some()
+        let lit = |cutoff_deg, x: f64, y: f64| {
+            let (position, at) = (DVec3::ZERO, DVec3::new(0.0, -1.0, 0.0));
+            let spot = Light::Spot { position, at, color: WHITE, cutoff_deg, exponent: 0.0 };
+            let lamp = Lamp::<f64>::new(&spot, no_attenuation, Omissions::ALL);
+            let way = lamp.way(Vec3::new(x, y, 0.0));
+            way.is_some_and(|way| lamp.intensity(&way) == Some(Vec3::from_dvec3(WHITE)))
         };
         assert!(lit(30.0, 0.5, -1.0) && !lit(30.0, 0.6, -1.0));
         assert!(lit(180.0, 0.0, 1.0) && lit(500.0, 0.0, 1.0) && !lit(179.0, 0.0, 1.0));

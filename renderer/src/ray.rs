@@ -1,7 +1,5 @@
 //! Rays in world space, what they meet, and how far rounding may put that off.
 
-use glam::DVec3;
-
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::shape::Root;
@@ -93,10 +91,10 @@ impl Conditioning {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Line {
     /// The origin, moved up and down by what rounding may have moved it.
-    above: DVec3,
-    below: DVec3,
+    above: [f64; 3],
+    below: [f64; 3],
     /// 1 over the direction.
-    inverse: DVec3,
+    inverse: [f64; 3],
     /// What the tolerance of any crossing has besides roundings of `t`, at most.
     tolerance: f64,
 }
@@ -116,9 +114,9 @@ impl Line {
         let of_longest = inverse.abs().min_element();
         // Twice the bound: `error` and this product are rounded themselves.
         Line {
-            above: origin + error,
-            below: origin - error,
-            inverse,
+            above: (origin + error).to_array(),
+            below: (origin - error).to_array(),
+            inverse: inverse.to_array(),
             tolerance: 2.0 * error * of_longest,
         }
     }
@@ -131,19 +129,39 @@ impl Line {
         size + 4.0 * (self.tolerance + relative) + t.radius()
     }
 
-    /// The `t` at which the ray enters a box, 0 if it starts inside; none if it misses the box or
-    /// enters it behind `t_end`.
+    /// The `t` at which the ray enters each box, 0 if it starts inside; and, by bit, which it meets
+    /// before `t_end`.
     #[inline(always)]
-    pub(crate) fn enters(&self, lo: &[f32; 3], hi: &[f32; 3], t_end: f64) -> Option<f64> {
-        let (mut enter, mut exit) = (0.0_f64, t_end);
+    pub(crate) fn enters<const N: usize>(&self, boxes: &Boxes<N>, t_end: f64) -> ([f64; N], u32) {
+        let (mut enter, mut exit) = ([0.0; N], [t_end; N]);
+        // Comparisons, unlike `f64::min`, are one instruction each for all boxes. NaN, which a box
+        // has at both ends, leaves an interval alone.
         for axis in 0..3 {
-            let low = (f64::from(lo[axis]) - self.above[axis]) * self.inverse[axis];
-            let high = (f64::from(hi[axis]) - self.below[axis]) * self.inverse[axis];
-            enter = enter.max(low.min(high));
-            exit = exit.min(low.max(high));
+            let (lo, hi) = (&boxes.lo[axis], &boxes.hi[axis]);
+            for k in 0..N {
+                let low = (f64::from(lo[k]) - self.above[axis]) * self.inverse[axis];
+                let high = (f64::from(hi[k]) - self.below[axis]) * self.inverse[axis];
+                let near = if low < high { low } else { high };
+                let far = if low > high { low } else { high };
+                enter[k] = if near > enter[k] { near } else { enter[k] };
+                exit[k] = if far < exit[k] { far } else { exit[k] };
+            }
         }
-        (enter <= exit * WIDER).then_some(enter)
+        let mut met = 0;
+        for k in 0..N {
+            met |= u32::from(enter[k] <= exit[k] * WIDER) << k;
+        }
+        (enter, met)
     }
+}
+
+/// Boxes side by side, with sides along the axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Boxes<const N: usize> {
+    /// Lower ends, by axis.
+    pub(crate) lo: [[f32; N]; 3],
+    /// Upper ends, by axis.
+    pub(crate) hi: [[f32; N]; 3],
 }
 
 /// How far the rays that a ray of balls may stand for are from one another, within `reach` of the

@@ -21,6 +21,7 @@ use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::{NodeKind, Object, SetOp, ShapeKind};
 use crate::placement::Placement;
+use crate::plan::{Omissions, Part};
 use crate::ray::{Conditioning, Ray};
 use crate::shape;
 use crate::surface::SurfaceId;
@@ -43,6 +44,8 @@ pub struct Scene<R = f64> {
     /// numbers, and those that several faces share have the lowest.
     pub(crate) face_surfaces: Vec<u32>,
     pub(crate) n_shared: u32,
+    /// What may be left out.
+    pub(crate) omissions: Omissions,
 }
 
 /// A shape where it stands.
@@ -60,6 +63,10 @@ pub(crate) struct Leaf<R> {
     /// the shift. They bound what rounding does to a ray's origin.
     pub(crate) linear_size: f64,
     pub(crate) shift_size: f64,
+    /// Whether `object_from_world` is treated as a diagonal matrix.
+    pub(crate) is_unturned: bool,
+    /// The eye in object space.
+    pub(crate) eye: Vec3<R>,
     /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
     pub(crate) at_eye: u8,
 }
@@ -121,6 +128,7 @@ impl<R: Real> Scene<R> {
                 extent: 0.0,
                 face_surfaces: Vec::new(),
                 n_shared: 0,
+                omissions: Omissions::ALL,
             },
             placements: Vec::new(),
             n_trees: 0,
@@ -168,10 +176,14 @@ impl<R: Real> Scene<R> {
         self.trees = hierarchies;
     }
 
-    /// Number of shapes.
+    /// The same scene, of which only these parts may be left out; at first, all may.
     #[must_use]
-    pub fn n_shapes(&self) -> usize {
-        self.leaves.len()
+    pub fn leaving_out(mut self, omissions: Omissions) -> Self {
+        self.omissions = omissions;
+        for leaf in &mut self.leaves {
+            leaf.is_unturned &= omissions.holds(Part::Turns);
+        }
+        self
     }
 
     /// Kind and surface function of each shape.
@@ -191,6 +203,20 @@ impl<R: Real> Leaf<R> {
         let maps = [&self.world_from_object, &self.object_from_world].map(Affine::to_daffine3);
         let bounds = bounds::of_shape(self.kind, &maps[0], &maps[1]);
         bounds.padded(|size| self.conditioning().error(size))
+    }
+
+    /// A point of world space in object space.
+    #[inline(always)]
+    pub(crate) fn local_point(&self, p: Vec3<R>) -> Vec3<R> {
+        let map = &self.object_from_world;
+        if self.is_unturned { map.point_by_diagonal(p) } else { map.point(p) }
+    }
+
+    /// A vector of world space in object space.
+    #[inline(always)]
+    pub(crate) fn local_vector(&self, v: Vec3<R>) -> Vec3<R> {
+        let map = &self.object_from_world;
+        if self.is_unturned { map.vector_by_diagonal(v) } else { map.vector(v) }
     }
 
     /// The size of the terms that a ray's origin is computed from in object space.
@@ -302,6 +328,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             .leaves
             .last()
             .map_or(0, |leaf| leaf.first_face + shape::forms(leaf.kind).len() as u32);
+        let world_from_object: Affine<R> = placement.world_from_object.rounded();
         let object_from_world: Affine<R> = placement.object_from_world.rounded();
         let eye = placement.object_from_world.rounded::<Ball<Dd>>().point(camera::eye());
         self.scene.leaves.push(Leaf {
@@ -309,10 +336,12 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             surface,
             node,
             first_face,
-            world_from_object: placement.world_from_object.rounded(),
+            world_from_object,
             object_from_world,
             linear_size: object_from_world.rows.iter().map(row_size).fold(0.0, f64::max),
             shift_size: object_from_world.shift.max_norm().to_f64(),
+            is_unturned: object_from_world.is_diagonal(),
+            eye: object_from_world.point(camera::eye()),
             at_eye: shape::faces_at(kind, eye),
         });
         self.placements.push(placement);

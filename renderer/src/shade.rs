@@ -12,11 +12,12 @@
 
 use glam::DVec3;
 
-use crate::light::{Arriving, Attenuation, Lamp, Light};
+use crate::light::{Attenuation, Lamp, Light, Way};
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::ShapeKind;
+use crate::plan::Part;
 use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
 use crate::scene::Scene;
 use crate::shape;
@@ -74,6 +75,8 @@ pub(crate) struct Shader<'s, R, E> {
     scene: &'s Scene<R>,
     illumination: &'s Illumination,
     lamps: Vec<Lamp<R>>,
+    /// For each lamp, the component that was found last to be in its way.
+    blockers: Vec<Option<u32>>,
     ambient: Vec3<R>,
     surfaces: E,
     workspace: Workspace<R>,
@@ -191,10 +194,12 @@ impl<R: Real> LocateBounded for Place<R> {
 
 impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     pub(crate) fn new(scene: &'s Scene<R>, illumination: &'s Illumination, surfaces: E) -> Self {
+        let lamp = |light| Lamp::new(light, illumination.attenuation, scene.omissions);
         Shader {
             scene,
             illumination,
-            lamps: illumination.lights.iter().map(Lamp::new).collect(),
+            lamps: illumination.lights.iter().map(lamp).collect(),
+            blockers: vec![None; illumination.lights.len()],
             ambient: Vec3::from_dvec3(illumination.ambient),
             surfaces,
             workspace: Workspace::new(scene),
@@ -279,7 +284,11 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     fn sample(&mut self, surface: SurfaceId, at: &Place<R>) -> Result<Sample<R>, E::Error> {
         self.counts.surface_calls += 1;
         if !R::ASKS_FOR_BOUNDS {
-            let sample = self.surfaces.eval(surface, at)?;
+            let sample = if self.scene.omissions.holds(Part::Coordinates) {
+                self.surfaces.eval(surface, at)?
+            } else {
+                self.eval_at_all_coordinates(surface, at)?
+            };
             self.notice(Doubt::Surface);
             return Ok(Sample::new(&sample));
         }
@@ -289,6 +298,16 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             self.doubt.get_or_insert(Doubt::Surface);
             Sample::black()
         }))
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn eval_at_all_coordinates(
+        &mut self,
+        surface: SurfaceId,
+        at: &Place<R>,
+    ) -> Result<SurfaceSample, E::Error> {
+        self.surfaces.eval(surface, &at.locate(Needs::ALL))
     }
 
     fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: &Crossing<R>) -> (Hit<R>, Place<R>) {
@@ -313,41 +332,56 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         &mut self,
         hit: &Hit<R>,
         dir: Vec3<R>,
-        &Sample { kd, ks, phong_exp, .. }: &Sample<R>,
+        sample: &Sample<R>,
     ) -> (Vec3<R>, Vec3<R>) {
+        let &Sample { kd, ks, phong_exp, .. } = sample;
         let mut diffuse = self.ambient * kd;
         let mut specular = Vec3::ZERO;
         let Some(normal) = hit.normal else { return (diffuse, specular) };
         for idx in 0..self.lamps.len() {
-            let Some(light) = self.lamps[idx].arriving(hit.point, self.illumination.attenuation)
-            else {
-                continue;
-            };
-            let cos = normal.dot(light.toward);
+            let lamp = &self.lamps[idx];
+            let Some(way) = lamp.way(hit.point) else { continue };
+            let cos = normal.dot(way.toward);
             // A light behind the surface does not reach the viewer's side, nor does one in its plane,
             // as far as rounding can tell; NaN reaches nothing.
-            let faces_light = cos.exceeds(TIE_ROUNDINGS * R::UNIT_ROUNDOFF);
-            if !faces_light || self.is_in_shadow(hit, &light) {
+            if !cos.exceeds(TIE_ROUNDINGS * R::UNIT_ROUNDOFF) {
                 continue;
             }
-            diffuse = diffuse + light.intensity * (kd * cos);
+            let Some(intensity) = lamp.intensity(&way) else { continue };
+            if self.adds_nothing(sample, intensity) || self.is_in_shadow(hit, idx, &way) {
+                continue;
+            }
+            diffuse = diffuse + intensity * (kd * cos);
             if ks == R::ZERO {
                 continue;
             }
-            let halfway = (light.toward - dir).normalized();
+            let halfway = (way.toward - dir).normalized();
             let highlight = halfway.map_or(R::ZERO, |h| normal.dot(h));
             if highlight > R::ZERO {
-                specular = specular + light.intensity * (ks * R::power(highlight, phong_exp));
+                specular = specular + intensity * (ks * R::power(highlight, phong_exp));
             }
         }
         (diffuse, specular)
     }
 
-    fn is_in_shadow(&mut self, hit: &Hit<R>, light: &Arriving<R>) -> bool {
+    /// Whether light of this intensity leaves the sums as they are: finite numbers times 0 do.
+    #[inline(always)]
+    fn adds_nothing(&self, sample: &Sample<R>, intensity: Vec3<R>) -> bool {
+        self.scene.omissions.holds(Part::Shadows)
+            && sample.kd.is_surely_zero()
+            && sample.ks.is_surely_zero()
+            && intensity.to_dvec3().is_finite()
+    }
+
+    fn is_in_shadow(&mut self, hit: &Hit<R>, lamp: usize, way: &Way<R>) -> bool {
         self.counts.shadow += 1;
         let ray =
-            Ray { origin: hit.point, dir: light.shadow_dir, on: Some(hit.on), medium: hit.medium };
-        let is_blocked = self.scene.is_blocked(&ray, light.shadow_end, &mut self.workspace);
+            Ray { origin: hit.point, dir: way.shadow_dir, on: Some(hit.on), medium: hit.medium };
+        if !self.scene.omissions.holds(Part::Blockers) {
+            self.blockers[lamp] = None;
+        }
+        let blocker = &mut self.blockers[lamp];
+        let is_blocked = self.scene.is_blocked(&ray, way.shadow_end, blocker, &mut self.workspace);
         self.counts.blocked += u64::from(is_blocked);
         is_blocked
     }

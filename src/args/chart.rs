@@ -62,7 +62,7 @@ images of a scene in turn, round by round, on one thread, and what counts is its
 Tracing is told apart from preparing, that is building the scene and compiling surface functions, \
 which does not grow with the picture.
 
-The error is the share of pixels of which any byte is not that of the certified image. \
+The error is the share of pixels of which any byte is not that of the same image in double-double. \
 Pixels with a byte off by more than one level, which no rounding of a colour explains, are \
 counted besides, as are the largest and the mean square difference of linear light. A method is on \
 the front if no other is both as fast and as exact; otherwise the fastest is named that is both. \

@@ -115,7 +115,7 @@ impl Diagram {
     /// What its methods are held against.
     pub(crate) fn reference(self) -> Render {
         match self {
-            Diagram::Rounding => Render::Tracer(Engine::Jit, Precision::Certified),
+            Diagram::Rounding => Render::Tracer(Engine::Jit, Precision::Dd),
             Diagram::Sampling => Render::Grid(32),
         }
     }
@@ -123,7 +123,7 @@ impl Diagram {
     /// The reference in words.
     pub(crate) fn reference_words(self) -> &'static str {
         match self {
-            Diagram::Rounding => "the certified image",
+            Diagram::Rounding => "the image in double-double",
             Diagram::Sampling => "the mean of 32x32 rays for each pixel",
         }
     }

@@ -7,6 +7,7 @@ use compiler::diagnostic::Diagnostic;
 use rayon::ThreadPool;
 use renderer::camera::{Region, View};
 use renderer::image::{Image, Pixel};
+use renderer::plan::Omissions;
 use vm::host::RenderJob;
 use vm::machine::Limits;
 use vm::surfaces;
@@ -28,6 +29,21 @@ pub(super) struct Setting<'s> {
     pub(super) limits: Limits,
     /// Processor time after which it is given up.
     pub(super) timeout: Option<Duration>,
+}
+
+impl<'s> Setting<'s> {
+    /// The settings of our own tracer: by the processor time of one thread.
+    pub(super) fn of_tracer(self, engine: Engine, precision: Precision) -> Settings<'s> {
+        Settings {
+            threads: self.threads,
+            engine,
+            precision,
+            omissions: Omissions::ALL,
+            limits: self.limits,
+            perf_map: None,
+            clock: thread_time,
+        }
+    }
 }
 
 /// What came of it.
@@ -66,14 +82,7 @@ pub(super) fn render(
     how: Render,
     setting: Setting<'_>,
 ) -> Result<Rendered, Stop> {
-    let ours = |engine, precision| Settings {
-        threads: setting.threads,
-        engine,
-        precision,
-        limits: setting.limits,
-        perf_map: None,
-        clock: thread_time,
-    };
+    let ours = |engine, precision| setting.of_tracer(engine, precision);
     in_time(setting, |progress| match how {
         Render::Tracer(engine, precision) => {
             traced(job, plan, ours(engine, precision), progress, single)

@@ -12,7 +12,7 @@ mod png;
 mod ppm;
 
 /// Pixels of an image, row by row from the upper left corner.
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 pub(crate) enum Pixels {
     /// A byte per channel.
     Bytes(Vec<[u8; 3]>),

@@ -67,6 +67,11 @@ pub(crate) fn thread_time() -> Duration {
     clock(ClockId::ThreadCPUTime)
 }
 
+/// Processor time that all threads of this process have used so far.
+pub(crate) fn process_time() -> Duration {
+    clock(ClockId::ProcessCPUTime)
+}
+
 fn clock(id: ClockId) -> Duration {
     let time = clock_gettime(id);
     Duration::new(time.tv_sec.unsigned_abs(), time.tv_nsec as u32)
@@ -82,7 +87,7 @@ pub(crate) struct ProcessorTime {
 impl ProcessorTime {
     /// What has been used so far.
     pub(crate) fn now() -> Self {
-        let total = clock(ClockId::ProcessCPUTime).as_secs_f64();
+        let total = process_time().as_secs_f64();
         ProcessorTime { total, system: system_time().unwrap_or(0.0) }
     }
 

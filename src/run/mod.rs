@@ -29,6 +29,7 @@ use crate::values::Size;
 
 mod certainty;
 pub(crate) mod digest;
+mod economy;
 pub(crate) mod plan;
 pub(crate) mod progress;
 pub(crate) mod stats;
@@ -131,6 +132,7 @@ impl<'a> Renders<'a> {
         let time = start.elapsed().as_secs_f64();
         self.reporter.note(&format!("{shown}  {width}x{height}  {time:.2} s"));
         let known = self.certainty(job, &traced)?;
+        self.explain(job, &plan, &traced)?;
         let file = matches!(destination.sink, Sink::File(_)).then_some(shown);
         self.stats.add(image_stats(file, job, &plan, &traced, known, write_time));
         self.surfaces.extend(traced.surfaces);
@@ -176,18 +178,40 @@ impl<'a> Renders<'a> {
         shown: &str,
     ) -> Result<Traced, Box<Diagnostic>> {
         let bar = progress::bar(shown, plan.n_pixels(), self.reporter.quiet);
-        let settings = Settings {
+        let is_linear = format == ImageFormat::Pfm;
+        let traced = trace::trace_job(job, plan, self.settings(), is_linear, &|n| bar.inc(n));
+        bar.finish_and_clear();
+        traced.map_err(|failure| surface_error(failure, job))
+    }
+
+    fn settings(&self) -> Settings<'_> {
+        Settings {
             threads: self.threads,
             engine: self.args.engine,
             precision: self.args.precision(),
+            omissions: self.args.economy.omissions(),
             limits: self.args.limits.machine(),
             perf_map: self.perf_map.as_ref(),
             clock: machine::time,
-        };
-        let is_linear = format == ImageFormat::Pfm;
-        let traced = trace::trace_job(job, plan, settings, is_linear, &|n| bar.inc(n));
-        bar.finish_and_clear();
-        traced.map_err(|failure| surface_error(failure, job))
+        }
+    }
+
+    /// Tells what an image uses of the model and what leaving out the rest saves, if that was asked
+    /// for.
+    fn explain(
+        &self,
+        job: &RenderJob<'_>,
+        plan: &Plan,
+        traced: &Traced,
+    ) -> Result<(), Box<Diagnostic>> {
+        if self.args.economy.explain {
+            let settings = Settings { perf_map: None, ..self.settings() };
+            let lines = economy::explained(job, plan, settings, traced);
+            for line in lines.map_err(|failure| surface_error(failure, job))? {
+                self.reporter.note(&line);
+            }
+        }
+        Ok(())
     }
 
     /// Writes an image; returns how long that took.
@@ -296,7 +320,7 @@ fn image_stats(
         height: plan.view.height,
         dialect: plan.dialect(),
         max_bounces: plan.illumination.max_bounces,
-        shapes: traced.n_shapes,
+        shapes: traced.used.shapes,
         surfaces: traced.n_surfaces,
         lights: job.lights.len(),
         pixels: plan.n_pixels(),

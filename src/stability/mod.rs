@@ -11,6 +11,7 @@ use compiler::source::SourceMap;
 use rayon::ThreadPool;
 use renderer::camera::View;
 use renderer::image::Pixel;
+use renderer::plan::Omissions;
 use vm::host::{Dialect, Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
@@ -153,6 +154,7 @@ fn render(job: &RenderJob<'_>, method: Method, threads: &ThreadPool) -> Image {
         threads,
         engine: method.engine,
         precision: method.precision,
+        omissions: Omissions::ALL,
         limits: LIMITS,
         perf_map: None,
         clock: machine::time,

@@ -32,7 +32,10 @@ use compiler::bytecode::{Function, Insn, Opcode, Program};
 use compiler::source::Span;
 
 use crate::outline::Outline;
-use crate::sir::{Block, BlockData, Body, Inst, N_ARGUMENTS, Shader, Site, Table, Term, Type, Val};
+use crate::simplify::simplify;
+use crate::sir::{
+    Block, BlockData, Body, Inst, N_ARGUMENTS, Routine, Shader, Site, Table, Term, Type, Val,
+};
 use crate::specialize::path::Path;
 use crate::specialize::routines::Record;
 use crate::sym::{Captures, Num, Sym, TableView};
@@ -215,10 +218,13 @@ impl<'p> Specializer<'p> {
         }
     }
 
-    fn finish(self, outline: &Outline) -> Shader {
+    fn finish(mut self, outline: &Outline) -> Shader {
+        simplify(&mut self.work.body);
+        let mut routines: Vec<Routine> = self.routines.into_iter().map(Record::finish).collect();
+        routines.iter_mut().for_each(|routine| simplify(&mut routine.body));
         Shader {
             main: self.work.body,
-            routines: self.routines.into_iter().map(Record::finish).collect(),
+            routines,
             tables: self.tables,
             n_uniforms: outline.uniforms.len() as u32,
             functions: self.functions,

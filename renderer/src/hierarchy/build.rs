@@ -1,7 +1,8 @@
 //! Building a hierarchy.
 
 use crate::bounds::Bounds;
-use crate::hierarchy::{Box32, Child, Hierarchy, MAX_DEPTH, MAX_ITEMS, Node};
+use crate::hierarchy::{Child, Hierarchy, MAX_DEPTH, Node, WIDTH};
+use crate::ray::Boxes;
 
 /// Bins that centres are sorted into along an axis, at most: as many as Wald found enough.
 const MAX_BINS: usize = 16;
@@ -10,9 +11,12 @@ const MAX_BINS: usize = 16;
 /// of it over a few microseconds.
 const PARALLEL: usize = 4096;
 
-/// What testing the boxes of a node costs, in tests of an item, which bring the ray into its space.
-/// 7381 spheres take the same time with 0.5.
-const NODE_COST: f64 = 0.25;
+/// A box with finite ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Box32 {
+    pub(super) lo: [f32; 3],
+    pub(super) hi: [f32; 3],
+}
 
 /// A box to be placed.
 #[derive(Clone, Copy)]
@@ -44,59 +48,96 @@ pub(super) fn build(boxes: impl Iterator<Item = (u32, Bounds)>) -> Hierarchy {
     if items.is_empty() {
         return hierarchy;
     }
-    let (bounds, child) = subtree(&mut items, 0, 0, &mut hierarchy.nodes);
-    hierarchy.root = Some((bounds, child));
-    hierarchy.items = items.iter().map(|item| item.number).collect();
+    let mut pairs = Vec::new();
+    let root = subtree(&mut items, 0, &mut pairs);
+    let size = |corner: &[f32; 3]| corner.iter().fold(0.0, |size: f32, x| size.max(x.abs()));
+    hierarchy.extent = size(&root.0.lo).max(size(&root.0.hi)).into();
+    hierarchy.nodes.reserve_exact(pairs.len() / 2 + 1);
+    widen(&pairs, vec![root], &mut hierarchy.nodes);
     hierarchy
 }
 
-/// Builds the subtree of items that begin at `first` in the whole list, and brings them in order.
-/// Adds its nodes to others, and returns what holds them and the box around it.
-fn subtree(items: &mut [Item], first: u32, depth: usize, nodes: &mut Vec<Node>) -> (Box32, Child) {
+/// Two children and the boxes around them.
+#[derive(Clone, Copy)]
+struct Pair([(Box32, Child); 2]);
+
+/// Builds the subtree of some items, of which it changes the order. Adds its nodes to others, and
+/// returns what holds them and the box around it.
+fn subtree(items: &mut [Item], depth: usize, nodes: &mut Vec<Pair>) -> (Box32, Child) {
     let bounds = items.iter().fold(Box32::NOTHING, |bounds, item| bounds.or(&item.bounds));
-    let split = if depth < MAX_DEPTH / 2 { best_split(items, &bounds) } else { None };
-    let is_large = items.len() > MAX_ITEMS;
+    if let [item] = items {
+        return (bounds, Child::Item(item.number));
+    }
+    let split = if depth < MAX_DEPTH / 2 { best_split(items) } else { None };
     let middle = match split {
-        Some(split) if is_large || split.cost < items.len() as f64 => partition(items, &split),
-        _ if is_large => halve(items),
-        _ => return (bounds, Child { first, n_items: items.len() as u32 }),
+        Some(split) => partition(items, &split),
+        None => halve(items),
     };
     let is_parallel = items.len() > PARALLEL;
     let (left, right) = items.split_at_mut(middle);
     let node = nodes.len();
     // To be overwritten when the children are known.
-    nodes.push(Node { boxes: [bounds; 2], children: [Child { first, n_items: 0 }; 2] });
-    let right_first = first + middle as u32;
+    nodes.push(Pair([(bounds, Child::Nothing); 2]));
     let halves = if is_parallel {
         let mut right_nodes = Vec::new();
         let (left, (right_box, right_child)) = rayon::join(
-            || subtree(left, first, depth + 1, nodes),
-            || subtree(right, right_first, depth + 1, &mut right_nodes),
+            || subtree(left, depth + 1, nodes),
+            || subtree(right, depth + 1, &mut right_nodes),
         );
         let offset = nodes.len() as u32;
-        nodes.extend(right_nodes.into_iter().map(|node| node.moved(offset)));
+        nodes.extend(right_nodes.into_iter().map(|pair| pair.moved(offset)));
         [left, (right_box, right_child.moved(offset))]
     } else {
-        let left = subtree(left, first, depth + 1, nodes);
-        [left, subtree(right, right_first, depth + 1, nodes)]
+        let left = subtree(left, depth + 1, nodes);
+        [left, subtree(right, depth + 1, nodes)]
     };
-    nodes[node] = Node { boxes: halves.map(|half| half.0), children: halves.map(|half| half.1) };
-    (bounds, Child { first: node as u32, n_items: 0 })
+    nodes[node] = Pair(halves);
+    (bounds, Child::Node(node as u32))
 }
 
-impl Node {
+impl Pair {
     /// The same when nodes have got numbers higher by `offset`.
-    fn moved(self, offset: u32) -> Node {
-        Node { children: self.children.map(|child| child.moved(offset)), ..self }
+    fn moved(self, offset: u32) -> Pair {
+        Pair(self.0.map(|(bounds, child)| (bounds, child.moved(offset))))
     }
 }
 
 impl Child {
     /// The same when its node has got a number higher by `offset`.
     fn moved(self, offset: u32) -> Child {
-        let is_node = self.n_items == 0;
-        Child { first: self.first + if is_node { offset } else { 0 }, ..self }
+        match self {
+            Child::Node(index) => Child::Node(index + offset),
+            other => other,
+        }
     }
+}
+
+/// Adds a node with these children, of which the largest give way to their own while there is room,
+/// and all below it. Returns its number.
+fn widen(pairs: &[Pair], mut children: Vec<(Box32, Child)>, nodes: &mut Vec<Node>) -> u32 {
+    while children.len() < WIDTH {
+        let inner = (0..children.len()).filter(|&k| matches!(children[k].1, Child::Node(_)));
+        let area = |k: usize| children[k].0.half_area();
+        let Some(largest) = inner.max_by(|&a, &b| area(a).total_cmp(&area(b))) else { break };
+        if let (_, Child::Node(index)) = children.swap_remove(largest) {
+            children.extend(pairs[index as usize].0);
+        }
+    }
+    let number = nodes.len();
+    let boxes = Boxes { lo: [[f32::MAX; WIDTH]; 3], hi: [[f32::MIN; WIDTH]; 3] };
+    nodes.push(Node { boxes, children: [Child::Nothing; WIDTH] });
+    for (k, (bounds, child)) in children.into_iter().enumerate() {
+        let child = match child {
+            Child::Node(index) => Child::Node(widen(pairs, pairs[index as usize].0.into(), nodes)),
+            other => other,
+        };
+        let node = &mut nodes[number];
+        node.children[k] = child;
+        for axis in 0..3 {
+            (node.boxes.lo[axis][k], node.boxes.hi[axis][k]) = (bounds.lo[axis], bounds.hi[axis]);
+        }
+    }
+    number as u32
 }
 
 /// Puts the first half of the items, by their centres on the longest axis, first.
@@ -113,7 +154,7 @@ fn halve(items: &mut [Item]) -> usize {
 struct Split {
     binning: Binning,
     end_bin: usize,
-    /// Expected tests of items.
+    /// Expected tests of items, but for a factor.
     cost: f64,
 }
 
@@ -156,7 +197,7 @@ fn partition(items: &mut [Item], split: &Split) -> usize {
 type Bin = (Box32, u32);
 
 /// The split that costs least; none if all centres are the same.
-fn best_split(items: &[Item], bounds: &Box32) -> Option<Split> {
+fn best_split(items: &[Item]) -> Option<Split> {
     let centres = centre_bounds(items);
     // A few items have no use for many bins (Wald and others, "Embree", 2014).
     let n_bins = MAX_BINS.min(4 + items.len() / 4);
@@ -170,17 +211,11 @@ fn best_split(items: &[Item], bounds: &Box32) -> Option<Split> {
         }
     }
     let axes = binnings.iter().zip(&bins).filter(|(binning, _)| binning.scale > 0.0);
-    let splits =
-        axes.filter_map(|(binning, bins)| best_on_axis(items.len(), bounds, *binning, bins));
+    let splits = axes.filter_map(|(binning, bins)| best_on_axis(items.len(), *binning, bins));
     splits.min_by(|a, b| a.cost.total_cmp(&b.cost))
 }
 
-fn best_on_axis(
-    n_items: usize,
-    bounds: &Box32,
-    binning: Binning,
-    bins: &[Bin; MAX_BINS],
-) -> Option<Split> {
+fn best_on_axis(n_items: usize, binning: Binning, bins: &[Bin; MAX_BINS]) -> Option<Split> {
     let bins = &bins[..binning.n_bins];
     let with = |(bounds, n): Bin, bin: &Bin| (bounds.or(&bin.0), n + bin.1);
     let weight = |(bounds, n): &Bin| bounds.half_area() * f64::from(*n);
@@ -191,18 +226,17 @@ fn best_on_axis(
         *before = weight(&so_far);
         so_far = with(so_far, bin);
     }
-    let mut best: Option<(usize, f64)> = None;
+    let mut best: Option<Split> = None;
     let mut so_far = (Box32::NOTHING, 0);
     for idx in (1..bins.len()).rev() {
         so_far = with(so_far, &bins[idx]);
         let is_split = so_far.1 > 0 && so_far.1 < n_items as u32;
-        let total = before[idx] + weight(&so_far);
-        if is_split && best.is_none_or(|(_, least)| total < least) {
-            best = Some((idx, total));
+        let cost = before[idx] + weight(&so_far);
+        if is_split && best.as_ref().is_none_or(|best| cost < best.cost) {
+            best = Some(Split { binning, end_bin: idx, cost });
         }
     }
-    let (end_bin, weight) = best?;
-    Some(Split { binning, end_bin, cost: NODE_COST + weight / bounds.half_area() })
+    best
 }
 
 fn centre_bounds(items: &[Item]) -> Box32 {

@@ -64,7 +64,9 @@ fn visited(hierarchy: &Hierarchy, line: &Line, t_end: f64) -> Vec<u32> {
 /// Where a line enters a box that has not been rounded.
 fn enters(line: &Line, bounds: &Bounds) -> Option<f64> {
     let [lo, hi] = [bounds.lo, bounds.hi].map(|end| end.to_array().map(|x| x as f32));
-    line.enters(&lo, &hi, f64::INFINITY)
+    let boxes = Boxes { lo: lo.map(|end| [end]), hi: hi.map(|end| [end]) };
+    let ([enter], met) = line.enters(&boxes, f64::INFINITY);
+    (met == 1).then_some(enter)
 }
 
 #[test]
@@ -116,7 +118,7 @@ fn the_nearest_is_found_without_visiting_what_is_behind_it() {
 #[test]
 fn boxes_are_rounded_outward() {
     for bounds in Random(6).boxes(1000) {
-        let Box32 { lo, hi } = Box32::around(&bounds);
+        let build::Box32 { lo, hi } = build::Box32::around(&bounds);
         for axis in 0..3 {
             let (lo, hi) = (f64::from(lo[axis]), f64::from(hi[axis]));
             assert!(lo <= bounds.lo[axis] && bounds.lo[axis] - lo < 1e-5, "{bounds:?}");

@@ -32,6 +32,32 @@ impl<R: Real> Affine<R> {
         Vec3::new(x.dot(v), y.dot(v), z.dot(v))
     }
 
+    /// Whether all entries of the matrix off its diagonal are 0.
+    #[must_use]
+    pub fn is_diagonal(&self) -> bool {
+        let [x, y, z] = self.rows;
+        [x.y, x.z, y.x, y.z, z.x, z.y].into_iter().all(R::is_surely_zero)
+    }
+
+    /// As [`Affine::point`] where the matrix is diagonal. The products left out are 0, so that they
+    /// could change no more than the sign of a 0, on which nothing hangs.
+    #[inline(always)]
+    pub fn point_by_diagonal(&self, p: Vec3<R>) -> Vec3<R> {
+        let [x, y, z] = self.rows;
+        Vec3::new(
+            x.x.mul_add(p.x, self.shift.x),
+            y.y.mul_add(p.y, self.shift.y),
+            z.z.mul_add(p.z, self.shift.z),
+        )
+    }
+
+    /// As [`Affine::vector`] where the matrix is diagonal.
+    #[inline(always)]
+    pub fn vector_by_diagonal(&self, v: Vec3<R>) -> Vec3<R> {
+        let [x, y, z] = self.rows;
+        Vec3::new(x.x * v.x, y.y * v.y, z.z * v.z)
+    }
+
     /// The nearest map with entries that are doubles.
     #[must_use]
     pub fn to_daffine3(&self) -> DAffine3 {

@@ -168,7 +168,8 @@ impl<T: Bounding> Div for Ball<T> {
         let numerator = up(rest + self.radius + size(quotient) * other.radius);
         // Down, for the roundings of the difference.
         let denominator = (size(other.middle) - other.radius) * (1.0 - 4.0 * f64::EPSILON);
-        if !(denominator > 0.0) {
+        let holds_zero = denominator <= 0.0 || denominator.is_nan();
+        if holds_zero {
             return Ball { middle: quotient, radius: f64::INFINITY };
         }
         let is_tiny = numerator < LEAST;
@@ -309,7 +310,7 @@ impl<T: Bounding> Real for Ball<T> {
         if base.radius == 0.0 {
             return Ball::new((power, error), 0.0).unless_tiny(|| true);
         }
-        if !(exponent >= 0.0) {
+        if exponent < 0.0 || exponent.is_nan() {
             return Ball { middle: power, radius: f64::INFINITY };
         }
         // b (1 + r) to the power of n is bⁿ (1 + r)ⁿ, with (1 + r)ⁿ - 1 <= exp(n r) - 1, which is at
@@ -335,10 +336,12 @@ impl<T: Bounding> Real for Ball<T> {
         if x.radius == 0.0 && z.radius == 0.0 {
             return Ball { middle: turns, radius: error };
         }
-        let is_on_seam = x.radius >= size(x.middle) && !(z.middle < T::ZERO);
+        let is_ahead = z.middle.to_f64() >= 0.0;
+        let is_on_seam = x.radius >= size(x.middle) && is_ahead;
         let (spread, distance) = (up(x.radius + z.radius), size(x.middle).max(size(z.middle)));
         let rest = distance - spread;
-        if is_on_seam || !(rest > 0.0) {
+        let holds_axis = rest <= 0.0 || rest.is_nan();
+        if is_on_seam || holds_axis {
             return Ball { middle: turns, radius: f64::INFINITY };
         }
         // A point moves around the axis by at most as much as it moves by, over its distance.
@@ -401,6 +404,11 @@ impl<T: Bounding> Real for Ball<T> {
     #[inline(always)]
     fn is_surely_zero(self) -> bool {
         self.radius == 0.0 && self.middle == T::ZERO
+    }
+
+    #[inline(always)]
+    fn is_surely_positive(self) -> bool {
+        self.is_sign_certain() && self.middle.to_f64() > 0.0
     }
 
     #[inline(always)]

@@ -127,6 +127,12 @@ pub trait Real:
         self == Self::ZERO
     }
 
+    /// Whether it is above 0 without doubt.
+    #[must_use]
+    fn is_surely_positive(self) -> bool {
+        self > Self::ZERO
+    }
+
     /// How far off it may be, of types that keep account of that.
     #[must_use]
     fn radius(self) -> f64 {

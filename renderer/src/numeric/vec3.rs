@@ -87,22 +87,33 @@ impl<R: Real> Vec3<R> {
 
     /// The vector of length 1 with this direction; none for the zero vector and for vectors that
     /// are not finite.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn normalized(self) -> Option<Self> {
         // Squares of what lies in this range neither overflow nor lose bits to underflow.
         const SAFE: std::ops::Range<f64> = 1e-140..1e140;
-        let largest = self.max_norm().to_f64();
-        if SAFE.contains(&largest) {
-            return Some(self * (R::ONE / self.dot(self).sqrt_or_zero()));
+        if SAFE.contains(&self.max_norm().to_f64()) {
+            return Some(self.over_its_length());
         }
+        self.scaled_and_normalized()
+    }
+
+    #[inline(always)]
+    fn over_its_length(self) -> Self {
+        self * (R::ONE / self.dot(self).sqrt_or_zero())
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn scaled_and_normalized(self) -> Option<Self> {
+        let largest = self.max_norm().to_f64();
         let is_number = largest > 0.0 && largest.is_finite();
         if self.is_zero() || !is_number {
             return None;
         }
         // A power of two keeps the direction exact.
         let scale = R::from_f64(libm::scalbn(1.0, -libm::ilogb(largest).max(-1000)));
-        (self * scale).normalized()
+        Some((self * scale).over_its_length())
     }
 
     /// Whether all components are 0.

@@ -22,7 +22,7 @@ use crate::measure::machine::thread_time;
 use crate::measure::rounds::Rounds;
 use crate::run;
 use crate::run::plan::{self, Plan};
-use crate::trace::{self, Settings};
+use crate::trace;
 use crate::values::Size;
 
 /// The series asked for.
@@ -150,14 +150,7 @@ struct Rendered {
 impl Once<'_> {
     fn trace(&self, job: &RenderJob<'_>, plan: &Plan) -> Result<Rendered, Stop> {
         let setting = setting(self.bench);
-        let settings = Settings {
-            threads: setting.threads,
-            engine: Engine::Auto,
-            precision: Precision::F64,
-            limits: setting.limits,
-            perf_map: None,
-            clock: thread_time,
-        };
+        let settings = setting.of_tracer(Engine::Auto, Precision::F64);
         in_time(setting, |progress| {
             let traced = trace::trace_job(job, plan, settings, false, progress)
                 .map_err(|failure| Stop::Wrong(run::surface_error(failure, job)))?;

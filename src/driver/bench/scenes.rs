@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rayon::ThreadPool;
 
-use crate::args::{BenchArgs, Dialect, Engine, Precision, RunArgs};
+use crate::args::{BenchArgs, Dialect, EconomyArgs, Engine, Precision, RunArgs};
 use crate::clean::clean;
 use crate::driver::bench::Pools;
 use crate::driver::bench::export::{Compared, Details, Entry, SceneDetails};
@@ -113,6 +113,7 @@ impl<'p> Variant<'p> {
             threads: Some(n_threads),
             engine,
             perf_map: false,
+            economy: EconomyArgs::default(),
             picture: args.picture,
             precision,
             certify: false,
