@@ -121,9 +121,9 @@ def race(scene, args, povray, limit):
                     times[name]["system"].append(system)
         images = {name: read_ppm(folder / file) for name, (_, file) in of.items()}
     differences = {name: difference(images["gmlvm"], image) for name, image in images.items() if name != "gmlvm"}
-    for name, of in differences.items():
-        if of["mean"] > MAX_MEAN or of["gross"] > MAX_GROSS:
-            sys.exit(f"{scene}: {name}'s is another image: {of}, and the bounds are {MAX_MEAN} and {MAX_GROSS}")
+    for name, found in differences.items():
+        if found["mean"] > MAX_MEAN or found["gross"] > MAX_GROSS:
+            sys.exit(f"{scene}: {name}'s is another image: {found}, and the bounds are {MAX_MEAN} and {MAX_GROSS}")
     return {"scene": scene, "times": times, "differences": differences}
 
 
@@ -204,7 +204,8 @@ def table(results, facts):
                 continue
             center, low, high = (1 / found[0], 1 / found[2], 1 / found[1]) if is_inverse else found
             cells += [f"{1e3 * middle[name]:.0f}", f"{center:.2f} [{low:.2f}, {high:.2f}]"]
-        mean, gross = (max(of[key] for of in result["differences"].values()) for key in ("mean", "gross"))
+        differences = result["differences"].values()
+        mean, gross = (max((of[key] for of in differences), default=0) for key in ("mean", "gross"))
         cells += [f"{mean:.2f}", f"{100 * gross:.2f}", str(len(times["gmlvm"]["user"]))]
         yield f"| {result['scene']} | " + " | ".join(cells) + " |"
 
