@@ -45,6 +45,12 @@ charts:
         scenes/hello.gml scenes/die.gml scenes/csg-gears.gml scenes/mirror-room.gml \
         --export docs/charts/sampling.json -o docs/charts/sampling.svg
 
+# Measures the chart of docs/scaling.md again, which takes some minutes; nothing else should run.
+scaling:
+    cargo build --release
+    cargo run --release --quiet -- chart --scaling --runs 7 \
+        --export docs/charts/scaling.json -o docs/charts/scaling.svg
+
 # Fuzzes a target of fuzz/ (needs cargo-fuzz and nightly); further arguments are libFuzzer's.
 fuzz target *args:
     cargo +nightly fuzz run {{target}} -- {{args}}
@@ -57,3 +63,9 @@ bench:
 history out:
     cargo build --release
     python3 benches/history.py "{{out}}"
+
+# Times gmlvm beside POV-Ray and pictures written by hand, on ../shared/bench, and writes JSON and a
+# table into the directory `out`.
+peers out:
+    cargo build --release
+    python3 benches/peers.py "{{out}}"

@@ -7,13 +7,14 @@ use clap::builder::PossibleValuesParser;
 
 use crate::args::{Inputs, LimitArgs, PictureArgs};
 use crate::chart::methods::Method;
+use crate::chart::scaling::series::{ALL, MAX_SIZE, Series};
 use crate::values;
 
 /// `gmlvm chart`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ChartArgs {
     /// Programs, which are measured, and files of `--export`, whose measurements are taken as they are
-    #[arg(required = true, value_name = "SCENE|FILE.json")]
+    #[arg(required_unless_present = "scaling", value_name = "SCENE|FILE.json")]
     pub(crate) scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) inputs: Inputs,
@@ -21,13 +22,19 @@ pub(crate) struct ChartArgs {
     /// Methods to measure: by name, or all of a diagram
     #[arg(long, value_name = "METHOD,...", value_delimiter = ',', default_value = "rounding", value_parser = PossibleValuesParser::new(Method::words()), help_heading = "Measurement")]
     pub(crate) methods: Vec<String>,
-    /// Rounds that count; in each, every method runs once
+    /// Chart how the time for a ray grows, in all series of scenes or in these; files are of such charts
+    #[arg(long, value_name = "SERIES,...", num_args = 0..=1, require_equals = true, value_delimiter = ',', default_missing_value = ALL, value_parser = PossibleValuesParser::new(Series::words()), conflicts_with_all = ["methods", "defines", "include_dirs", "depth"], help_heading = "Measurement")]
+    pub(crate) scaling: Option<Vec<String>>,
+    /// The largest number of solids, holes, reflections or lights
+    #[arg(long, value_name = "N", default_value_t = MAX_SIZE, value_parser = clap::value_parser!(u64).range(1..), requires = "scaling", help_heading = "Measurement")]
+    pub(crate) up_to: u64,
+    /// Rounds that count; in each, every method runs once, or every size
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..=1000), help_heading = "Measurement")]
     pub(crate) runs: u32,
     /// Rounds before these, which do not count
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(..=1000), help_heading = "Measurement")]
     pub(crate) warmup: u32,
-    /// Processor time of one image after which a method is given up
+    /// Processor time of one image after which a method, or a size, is given up
     #[arg(long, value_name = "T", default_value = "60s", value_parser = values::duration, help_heading = "Measurement")]
     pub(crate) timeout: Duration,
 
@@ -64,6 +71,11 @@ Methods that fail or take too long are drawn as crosses at the edge.
 Methods of sampling are charted apart: the error of one ray for each pixel is many powers of ten \
 above that of rounding. There it is the difference in linear light from the mean of many rays.
 
+With --scaling, what is charted is how the time for a ray changes as there are more spheres, holes in \
+a plate, reflections of each ray, or lights. The scenes are made by programs of ours; each size is \
+rendered once in each round, from its program on. Rays of all kinds count. The growth that is told is \
+the median of the rounds' ratios, with an interval of 95 % confidence.
+
 The tables are printed. Exits with the code of the first scene that fails; the others are charted.";
 
 pub(super) const CHART_EXAMPLES: &str = "\
@@ -72,4 +84,7 @@ Examples:
   gmlvm chart scenes/*.gml --size 160x120 -o all.svg
   gmlvm chart scene.gml --export data.json -o a.html
   gmlvm chart data.json -o a.png                     the same, without measuring again
-  gmlvm chart scene.gml --methods jit-f64,jit-dd --runs 30 -o two.svg";
+  gmlvm chart scene.gml --methods jit-f64,jit-dd --runs 30 -o two.svg
+  gmlvm chart --scaling --export growth.json -o growth.svg
+  gmlvm chart --scaling=spheres,holes --up-to 1000 --size 80x60
+  gmlvm chart --scaling growth.json -o growth.png    the same, without measuring again";

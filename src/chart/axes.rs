@@ -135,9 +135,9 @@ impl Axes {
 
 /// One axis, for the library that draws.
 pub(super) struct Axis {
-    range: [f64; 2],
-    ticks: Vec<f64>,
-    label: fn(f64) -> String,
+    pub(super) range: [f64; 2],
+    pub(super) ticks: Vec<f64>,
+    pub(super) label: fn(f64) -> String,
 }
 
 impl Ranged for Axis {
@@ -171,7 +171,7 @@ impl ValueFormatter<f64> for Axis {
 }
 
 /// The numbers 1, 2, 5, 10 and so on in a range, or powers of ten if these are enough.
-fn ticks(low: f64, high: f64) -> Vec<f64> {
+pub(super) fn ticks(low: f64, high: f64) -> Vec<f64> {
     let within = |steps: &[f64]| -> Vec<f64> {
         let decades = low.floor() as i32..=high.ceil() as i32;
         let ticks = decades.flat_map(|d| steps.iter().map(move |s| f64::from(d) + s.log10()));
@@ -189,7 +189,7 @@ pub(super) fn extent(chart: &Chart, figures: &Figures) -> [f64; 2] {
 }
 
 /// The least and the largest of some numbers; some range where there are none.
-fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
+pub(super) fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
     let finite = values.filter(|value| value.is_finite());
     let found = finite.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], value| {
         [low.min(value), high.max(value)]
@@ -198,14 +198,14 @@ fn range(values: impl Iterator<Item = f64>) -> [f64; 2] {
 }
 
 /// A range with margins, and no narrower than `least` and than a factor of two.
-fn padded([low, high]: [f64; 2], least: f64) -> [f64; 2] {
+pub(super) fn padded([low, high]: [f64; 2], least: f64) -> [f64; 2] {
     let missing = (least.max(2_f64.log10()) - (high - low)).max(0.0);
     let margin = MARGIN * (high - low + missing) + missing / 2.0;
     [low - margin, high + margin]
 }
 
 /// A number of one or two digits that count, without an exponent.
-fn plain(value: f64) -> String {
+pub(super) fn plain(value: f64) -> String {
     let decimals = (-(value.log10() + 1e-9).floor()).clamp(0.0, 12.0) as usize;
     format!("{value:.decimals$}")
 }

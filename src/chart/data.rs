@@ -47,7 +47,8 @@ impl About {
 }
 
 impl About {
-    fn shown(self) -> Self {
+    /// What a file says, fit to be shown.
+    pub(super) fn shown(self) -> Self {
         let About { version, build, date, mut machine } = self;
         machine.cpu = shown(&machine.cpu);
         About { version: shown(&version), build: shown(&build), date: shown(&date), machine }
@@ -73,15 +74,15 @@ pub(crate) struct Chart {
 pub(crate) struct Measured {
     pub(crate) method: String,
     #[serde(flatten)]
-    pub(crate) outcome: Outcome,
+    pub(crate) outcome: Outcome<Figures>,
 }
 
-/// What came of a method.
+/// What came of rendering: figures, or why there are none.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(tag = "outcome", rename_all = "kebab-case")]
-pub(crate) enum Outcome {
+pub(crate) enum Outcome<F> {
     /// It gave images.
-    Rendered(Figures),
+    Rendered(F),
     /// It did not.
     Failed {
         /// Why.
@@ -143,14 +144,30 @@ impl TryFrom<Unchecked> for Chart {
             return Err("expected pixels and methods in each chart".to_owned());
         }
         methods.iter().try_for_each(|measured| measured.check(diagram, pixels))?;
-        for measured in &mut methods {
-            if let Outcome::Failed { reason } = &mut measured.outcome {
-                *reason = shown(reason);
-            }
-        }
+        methods.iter_mut().for_each(|measured| measured.outcome.make_shown());
         let scene = shown(&scene);
         Ok(Chart { scene, diagram, images, pixels, methods, about: about.shown() })
     }
+}
+
+impl<F> Outcome<F> {
+    /// What was measured, if there is an image.
+    pub(super) fn rendered(&self) -> Option<&F> {
+        if let Outcome::Rendered(figures) = self { Some(figures) } else { None }
+    }
+
+    /// Makes the reason of a failure, which a file gives, fit to be shown.
+    pub(super) fn make_shown(&mut self) {
+        if let Outcome::Failed { reason } = self {
+            *reason = shown(reason);
+        }
+    }
+}
+
+/// Whether these can be times, or also zero if `may_be_zero`.
+pub(super) fn are_times(times: &[f64], may_be_zero: bool) -> bool {
+    let is_time = |time: &f64| time.is_finite() && (*time > 0.0 || may_be_zero && *time == 0.0);
+    times.iter().all(is_time)
 }
 
 /// A text of a file, fit to be shown.
@@ -170,9 +187,7 @@ impl Measured {
         if tracing.is_empty() || tracing.len() != preparing.len() {
             return Err(format!("expected as many times of both kinds for `{method}`"));
         }
-        let is_time = |time: &f64| time.is_finite() && *time > 0.0;
-        let is_time_or_zero = |time: &f64| is_time(time) || *time == 0.0;
-        if !(tracing.iter().all(is_time) && preparing.iter().all(is_time_or_zero)) {
+        if !(are_times(tracing, false) && are_times(preparing, true)) {
             return Err(format!("expected times above zero for `{method}`"));
         }
         if !(rays.is_finite() && *rays > 0.0) {
@@ -196,7 +211,7 @@ impl Measured {
 
     /// Figures, if there are any.
     pub(crate) fn figures(&self) -> Option<&Figures> {
-        if let Outcome::Rendered(figures) = &self.outcome { Some(figures) } else { None }
+        self.outcome.rendered()
     }
 }
 

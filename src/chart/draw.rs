@@ -8,29 +8,30 @@ use crate::chart::axes::{Axes, extent};
 use crate::chart::data::{Chart, Data, Figures};
 use crate::chart::front;
 use crate::chart::methods::{Diagram, Family, Look, METHODS, Method, Shape};
-use crate::chart::table;
+use crate::chart::page::Sheet;
+use crate::chart::table::{self, Table};
 
 /// Pixels.
-const WIDTH: u32 = 800;
-const PANEL_HEIGHT: u32 = 360;
-const NOTES_HEIGHT: u32 = 58;
+pub(super) const WIDTH: u32 = 800;
+pub(super) const PANEL_HEIGHT: u32 = 360;
+pub(super) const NOTES_HEIGHT: u32 = 58;
 const LINE_HEIGHT: i32 = 15;
 const LEGEND_COLUMNS: usize = 5;
 
 pub(super) const FONT: &str = "sans-serif";
-const INK: RGBColor = RGBColor(34, 34, 34);
-const FAINT: RGBColor = RGBColor(221, 221, 221);
+pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
+pub(super) const FAINT: RGBColor = RGBColor(221, 221, 221);
 const BAND: RGBColor = RGBColor(240, 240, 240);
 const FRONT: RGBColor = RGBColor(110, 110, 110);
 
-type Area<B> = DrawingArea<B, Shift>;
+pub(crate) type Area<B> = DrawingArea<B, Shift>;
 /// From the left, and from above.
-type Pixel = (i32, i32);
-type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
+pub(super) type Pixel = (i32, i32);
+pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// Colours that those tell apart who see some colours alike (Okabe and Ito, "Color Universal
 /// Design", 2008).
-fn color(family: Family) -> RGBColor {
+pub(super) fn color(family: Family) -> RGBColor {
     match family {
         Family::Doubles => RGBColor(0, 114, 178),
         Family::DoubleDoubles => RGBColor(213, 94, 0),
@@ -42,39 +43,72 @@ fn color(family: Family) -> RGBColor {
     }
 }
 
-/// The size that a drawing takes.
-pub(super) fn size(data: &Data) -> (u32, u32) {
-    let n_rows = data.charts.len().div_ceil(n_columns(data));
-    (WIDTH, n_rows as u32 * PANEL_HEIGHT + foot_height(data))
+impl Sheet for Data {
+    const TITLE: &'static str = "Work and precision";
+
+    fn size(&self) -> (u32, u32) {
+        size(self.charts.len(), &foot(self))
+    }
+
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+        draw(area, &self.charts, draw_panel, &foot(self))
+    }
+
+    fn tables(&self) -> Vec<Table> {
+        self.charts.iter().map(Table::of).collect()
+    }
+
+    fn captions(&self) -> Vec<String> {
+        table::captions(self.charts.iter().map(|chart| &chart.about))
+    }
 }
 
-fn n_columns(data: &Data) -> usize {
-    data.charts.len().clamp(1, 2)
+/// What stands below all panels.
+pub(super) struct Foot {
+    /// Marks, whether they are filled, and what they stand for.
+    pub(super) legend: Vec<(Look, bool, &'static str)>,
+    pub(super) lines: Vec<String>,
 }
 
-fn foot_height(data: &Data) -> u32 {
-    let n_lines =
-        shown_methods(data).len().div_ceil(LEGEND_COLUMNS) + 1 + table::captions(data).len();
-    n_lines as u32 * LINE_HEIGHT as u32 + 20
+impl Foot {
+    fn height(&self) -> u32 {
+        let n_lines = self.legend.len().div_ceil(LEGEND_COLUMNS) + self.lines.len();
+        n_lines as u32 * LINE_HEIGHT as u32 + 20
+    }
 }
 
-/// Draws all charts.
+/// The size that a drawing of so many panels takes.
+pub(super) fn size(n_panels: usize, foot: &Foot) -> (u32, u32) {
+    let n_rows = n_panels.div_ceil(n_columns(n_panels));
+    (WIDTH, n_rows as u32 * PANEL_HEIGHT + foot.height())
+}
+
+fn n_columns(n_panels: usize) -> usize {
+    n_panels.clamp(1, 2)
+}
+
+/// Draws all panels. `draw_panel` gets the area of the whole drawing, its own, and what to draw there.
 ///
 /// # Errors
 /// Those of the backend.
-pub(super) fn draw<B: DrawingBackend>(area: &Area<B>, data: &Data) -> Drawn<B> {
+pub(super) fn draw<B: DrawingBackend, P>(
+    area: &Area<B>,
+    all: &[P],
+    draw_panel: impl Fn(&Area<B>, &Area<B>, &P) -> Drawn<B>,
+    foot: &Foot,
+) -> Drawn<B> {
     area.fill(&WHITE)?;
     let (_, height) = area.dim_in_pixel();
-    let (panels, foot) = area.split_vertically(height.saturating_sub(foot_height(data)));
-    let n_columns = n_columns(data);
-    let n_rows = data.charts.len().div_ceil(n_columns);
-    for (panel, chart) in panels.split_evenly((n_rows.max(1), n_columns)).iter().zip(&data.charts) {
-        draw_panel(area, panel, chart)?;
+    let (panels, foot_area) = area.split_vertically(height.saturating_sub(foot.height()));
+    let n_columns = n_columns(all.len());
+    let n_rows = all.len().div_ceil(n_columns);
+    for (panel, of) in panels.split_evenly((n_rows.max(1), n_columns)).iter().zip(all) {
+        draw_panel(area, panel, of)?;
     }
-    draw_foot(&foot, data)
+    draw_foot(&foot_area, foot)
 }
 
-fn text(size: u32) -> TextStyle<'static> {
+pub(super) fn text(size: u32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&INK)
 }
 
@@ -127,7 +161,7 @@ fn draw_panel<B: DrawingBackend>(page: &Area<B>, panel: &Area<B>, chart: &Chart)
         let place = at(axes.cross(index, failed.len()));
         draw_cross(page, place, measured.method().look)?;
     }
-    draw_notes(&notes, chart)
+    draw_notes(&notes, &table::notes(chart))
 }
 
 fn draw_points<B: DrawingBackend>(
@@ -189,7 +223,7 @@ fn points(chart: &Chart, axes: &Axes) -> Vec<Point> {
 }
 
 /// A mark around a place; hollow ones are white inside.
-fn draw_mark<B: DrawingBackend>(
+pub(super) fn draw_mark<B: DrawingBackend>(
     page: &Area<B>,
     (x, y): Pixel,
     look: Look,
@@ -220,14 +254,14 @@ fn draw_cross<B: DrawingBackend>(page: &Area<B>, (x, y): Pixel, look: Look) -> D
     draw_mark(page, (x + 9, y), look, false)
 }
 
-/// Below a panel: who is on the front, and who is not.
-fn draw_notes<B: DrawingBackend>(notes: &Area<B>, chart: &Chart) -> Drawn<B> {
+/// Lines below a panel.
+pub(super) fn draw_notes<B: DrawingBackend>(notes: &Area<B>, lines: &[String]) -> Drawn<B> {
     // Who reads an SVG may have a wider font.
     let (width, _) = notes.dim_in_pixel();
     let style = text(10);
     let mut y = 4;
-    for line in table::notes(chart) {
-        for part in wrapped(notes, &line, &style, width * 5 / 6)? {
+    for line in lines {
+        for part in wrapped(notes, line, &style, width * 5 / 6)? {
             notes.draw_text(&part, &style, (12, y))?;
             y += 13;
         }
@@ -263,19 +297,26 @@ fn shown_methods(data: &Data) -> Vec<&'static Method> {
     METHODS.iter().filter(is_shown).collect()
 }
 
-fn draw_foot<B: DrawingBackend>(foot: &Area<B>, data: &Data) -> Drawn<B> {
+fn foot(data: &Data) -> Foot {
+    let legend = shown_methods(data).into_iter().map(|method| (method.look, true, method.name));
+    let mut lines = vec![KEY.to_owned()];
+    lines.extend(data.captions());
+    Foot { legend: legend.collect(), lines }
+}
+
+fn draw_foot<B: DrawingBackend>(area: &Area<B>, foot: &Foot) -> Drawn<B> {
     let style = text(11);
     let mut y = 8;
-    for methods in shown_methods(data).chunks(LEGEND_COLUMNS) {
-        for (column, method) in methods.iter().enumerate() {
+    for entries in foot.legend.chunks(LEGEND_COLUMNS) {
+        for (column, (look, is_filled, name)) in entries.iter().enumerate() {
             let x = 20 + column as i32 * (WIDTH as i32 - 20) / LEGEND_COLUMNS as i32;
-            draw_mark(foot, (x, y + 5), method.look, true)?;
-            foot.draw_text(method.name, &style, (x + 12, y))?;
+            draw_mark(area, (x, y + 5), *look, *is_filled)?;
+            area.draw_text(name, &style, (x + 12, y))?;
         }
         y += LINE_HEIGHT;
     }
-    for line in std::iter::once(KEY.to_owned()).chain(table::captions(data)) {
-        foot.draw_text(&line, &text(10), (12, y + 4))?;
+    for line in &foot.lines {
+        area.draw_text(line, &text(10), (12, y + 4))?;
         y += LINE_HEIGHT;
     }
     Ok(())

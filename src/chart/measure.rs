@@ -79,7 +79,7 @@ struct Contender {
     /// Rounds of this image that counted, and whether it has been compared.
     n_rounds: usize,
     is_compared: bool,
-    stopped: Option<Outcome>,
+    stopped: Option<Outcome<Figures>>,
 }
 
 /// What images are compared with, by diagram.
@@ -250,7 +250,8 @@ impl Contender {
     }
 }
 
-fn outcome(stop: Stop, setting: Setting<'_>) -> Outcome {
+/// Why there is no image, as charts show it.
+pub(super) fn outcome<F>(stop: Stop, setting: Setting<'_>) -> Outcome<F> {
     let failed = |reason: String| Outcome::Failed { reason };
     match stop {
         Stop::Wrong(diagnostic) => failed(diagnostic.message),

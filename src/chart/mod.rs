@@ -8,6 +8,7 @@ pub(crate) mod data;
 pub(crate) mod measure;
 pub(crate) mod methods;
 pub(crate) mod page;
+pub(crate) mod scaling;
 pub(crate) mod table;
 
 mod axes;

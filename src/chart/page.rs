@@ -5,13 +5,13 @@ use std::io::{self, Write};
 use std::path::Path;
 use std::sync::Once;
 
-use plotters::prelude::{BitMapBackend, IntoDrawingArea, SVGBackend};
+use plotters::prelude::{BitMapBackend, DrawingBackend, IntoDrawingArea, SVGBackend};
 use plotters::style::{FontStyle, register_font};
 
 use crate::args::ImageFormat;
-use crate::chart::data::Data;
 use crate::chart::doubled::{Doubled, FACTOR};
-use crate::chart::{draw, table};
+use crate::chart::draw::{self, Area, Drawn};
+use crate::chart::table::Table;
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
 use crate::output::Target;
@@ -46,11 +46,32 @@ impl Format {
     }
 }
 
+/// Measurements as they are shown.
+pub(crate) trait Sheet {
+    /// What they are about.
+    const TITLE: &'static str;
+
+    /// The size that a drawing of them takes.
+    fn size(&self) -> (u32, u32);
+
+    /// Draws them, with where they were measured.
+    ///
+    /// # Errors
+    /// Those of the backend.
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B>;
+
+    /// The same as tables.
+    fn tables(&self) -> Vec<Table>;
+
+    /// Where they were measured: a line for each place.
+    fn captions(&self) -> Vec<String>;
+}
+
 /// Writes charts.
 ///
 /// # Errors
 /// When it cannot be done.
-pub(crate) fn write(path: &Path, format: Format, data: &Data) -> Result<(), Failure> {
+pub(crate) fn write(path: &Path, format: Format, data: &impl Sheet) -> Result<(), Failure> {
     let target = Target::path(path.to_owned());
     match format {
         Format::Svg => {
@@ -80,39 +101,40 @@ fn register() {
     });
 }
 
-fn svg(data: &Data) -> Result<String, Failure> {
+fn svg(data: &impl Sheet) -> Result<String, Failure> {
     register();
     let mut svg = String::new();
     {
-        let area = SVGBackend::with_string(&mut svg, draw::size(data)).into_drawing_area();
-        draw::draw(&area, data).map_err(failed)?;
+        let area = SVGBackend::with_string(&mut svg, data.size()).into_drawing_area();
+        data.draw(&area).map_err(failed)?;
         area.present().map_err(failed)?;
     }
     Ok(svg)
 }
 
-fn bitmap(data: &Data) -> Result<Picture, Failure> {
+fn bitmap(data: &impl Sheet) -> Result<Picture, Failure> {
     register();
-    let (width, height) = draw::size(data);
+    let (width, height) = data.size();
     let [width, height] = [width, height].map(|length| FACTOR * length);
     let mut bytes = vec![0; 3 * (width * height) as usize];
     {
         let area =
             Doubled(BitMapBackend::with_buffer(&mut bytes, (width, height))).into_drawing_area();
-        draw::draw(&area, data).map_err(failed)?;
+        data.draw(&area).map_err(failed)?;
         area.present().map_err(failed)?;
     }
     let (pixels, _) = bytes.as_chunks();
     Ok(Picture { width, height, pixels: Pixels::Bytes(pixels.to_vec()) })
 }
 
+/// The beginning of a page, with its title where `TITLE` is.
 const HEAD: &str = "\
 <!DOCTYPE html>
 <html lang=\"en\">
 <head>
 <meta charset=\"utf-8\">
 <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">
-<title>gmlvm: work and precision</title>
+<title>gmlvm: TITLE</title>
 <style>
 body { font: 15px/1.4 sans-serif; color: #222; background: #fff; max-width: 60em; margin: 2em auto; padding: 0 1em; }
 svg { max-width: 100%; height: auto; }
@@ -124,33 +146,37 @@ td:last-child { white-space: normal; }
 </style>
 </head>
 <body>
-<h1>Work and precision</h1>
+<h1>TITLE</h1>
 ";
 
 /// A page that needs nothing from elsewhere.
-fn page(data: &Data, svg: &str, out: &mut dyn Write) -> io::Result<()> {
-    let mut text = HEAD.to_owned();
+fn page<S: Sheet>(data: &S, svg: &str, out: &mut dyn Write) -> io::Result<()> {
+    let mut text = HEAD.replace("TITLE", S::TITLE);
     text.push_str(svg);
-    for chart in &data.charts {
+    for Table { title, headings, rows, notes } in data.tables() {
         let cells = |tag: &str, row: &[String]| {
             row.iter().fold(String::new(), |mut line, cell| {
                 let _ = write!(line, "<{tag}>{}</{tag}>", escaped(cell));
                 line
             })
         };
-        let headings = table::HEADINGS.map(str::to_owned);
-        let _ = writeln!(text, "\n<table>\n<caption>{}</caption>", escaped(&table::title(chart)));
+        let _ = writeln!(text, "\n<table>\n<caption>{}</caption>", escaped(&title));
         let _ = writeln!(text, "<tr>{}</tr>", cells("th", &headings));
-        for row in table::rows(chart) {
+        for row in rows {
             let _ = writeln!(text, "<tr>{}</tr>", cells("td", &row));
         }
         text.push_str("</table>\n");
+        push_paragraphs(&mut text, &notes);
     }
-    for line in table::captions(data) {
-        let _ = writeln!(text, "<p>{}</p>", escaped(&line));
-    }
+    push_paragraphs(&mut text, &data.captions());
     text.push_str("</body>\n</html>\n");
     out.write_all(text.as_bytes())
+}
+
+fn push_paragraphs(text: &mut String, lines: &[String]) {
+    for line in lines {
+        let _ = writeln!(text, "<p>{}</p>", escaped(line));
+    }
 }
 
 /// A text as a page holds it.

@@ -32,6 +32,22 @@ pub(super) struct Setting<'s> {
     pub(super) timeout: Option<Duration>,
 }
 
+impl<'s> Setting<'s> {
+    /// The settings of our own tracer: by the processor time of one thread.
+    pub(super) fn of_tracer(self, engine: Engine, precision: Precision) -> Settings<'s> {
+        Settings {
+            threads: self.threads,
+            engine,
+            precision,
+            omissions: Omissions::ALL,
+            sampling: Sampling::Centre,
+            limits: self.limits,
+            perf_map: None,
+            clock: thread_time,
+        }
+    }
+}
+
 /// What came of it.
 pub(super) struct Rendered {
     /// Those of the region alone.
@@ -70,39 +86,39 @@ pub(super) fn render(
     how: Render,
     setting: Setting<'_>,
 ) -> Result<Rendered, Stop> {
-    let ours = |engine, precision| Settings {
-        threads: setting.threads,
-        engine,
-        precision,
-        omissions: Omissions::ALL,
-        sampling: Sampling::Centre,
-        limits: setting.limits,
-        perf_map: None,
-        clock: thread_time,
-    };
+    let ours = |engine, precision| setting.of_tracer(engine, precision);
+    in_time(setting, |progress| match how {
+        Render::Tracer(engine, precision) => traced(job, plan, ours(engine, precision), progress),
+        Render::Naive(Numbers::F32, epsilon) => {
+            naive::<f32>(job, plan, epsilon, setting.limits, progress)
+        }
+        Render::Naive(Numbers::F64, epsilon) => {
+            naive::<f64>(job, plan, epsilon, setting.limits, progress)
+        }
+        Render::Sampled(sampling) => {
+            let settings = Settings { sampling, ..ours(Engine::Jit, Precision::F64) };
+            traced(job, plan, settings, progress)
+        }
+    })
+}
+
+/// Lets a tracer run on the setting's threads, and gives it up when its time is over. The tracer
+/// tells its progress to what it gets.
+///
+/// # Errors
+/// The tracer's, or that its time was over.
+pub(super) fn in_time<T: Send>(
+    setting: Setting<'_>,
+    tracer: impl FnOnce(&(dyn Fn(u64) + Sync)) -> Result<T, Stop> + Send,
+) -> Result<T, Stop> {
     let run = || {
         let start = thread_time();
         // Tracers know no other way out between two rows than to unwind.
-        let progress = |_| {
+        tracer(&|_| {
             if setting.timeout.is_some_and(|timeout| thread_time() - start > timeout) {
                 resume_unwind(Box::new(GivenUp));
             }
-        };
-        match how {
-            Render::Tracer(engine, precision) => {
-                traced(job, plan, ours(engine, precision), &progress)
-            }
-            Render::Naive(Numbers::F32, epsilon) => {
-                naive::<f32>(job, plan, epsilon, setting.limits, &progress)
-            }
-            Render::Naive(Numbers::F64, epsilon) => {
-                naive::<f64>(job, plan, epsilon, setting.limits, &progress)
-            }
-            Render::Sampled(sampling) => {
-                let settings = Settings { sampling, ..ours(Engine::Jit, Precision::F64) };
-                traced(job, plan, settings, &progress)
-            }
-        }
+        })
     };
     match catch_unwind(AssertUnwindSafe(|| setting.threads.install(run))) {
         Ok(ended) => ended,

@@ -4,19 +4,60 @@ use std::fmt::Write;
 
 use compiler::diagnostic::grouped;
 
-use crate::chart::data::{About, Chart, Data, Errors, Measured, Outcome};
+use crate::chart::data::{About, Chart, Errors, Measured, Outcome};
 use crate::chart::front;
 use crate::measure::statistics::median;
 use crate::measure::time;
 
-/// The headings of a table.
-pub(super) const HEADINGS: [&str; 9] =
+/// A table for any reader. The first and the last column are of words, the others of numbers.
+pub(crate) struct Table {
+    pub(super) title: String,
+    pub(super) headings: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
+    /// Lines below.
+    pub(super) notes: Vec<String>,
+}
+
+/// The headings of a chart's table.
+const HEADINGS: [&str; 9] =
     ["method", "s/Mpixel", "fastest", "preparing", "differ", "gross", "max", "rms", "standing"];
 
-/// A row for each method.
-pub(super) fn rows(chart: &Chart) -> Vec<[String; 9]> {
-    let standings = standings(chart);
-    chart.methods.iter().zip(standings).map(|(m, standing)| row(chart, m, standing)).collect()
+impl Table {
+    /// A chart's table, a row for each method.
+    pub(crate) fn of(chart: &Chart) -> Table {
+        let standings = standings(chart);
+        let rows = chart.methods.iter().zip(standings);
+        Table {
+            title: title(chart),
+            headings: HEADINGS.map(str::to_owned).to_vec(),
+            rows: rows.map(|(m, standing)| row(chart, m, standing).to_vec()).collect(),
+            notes: Vec::new(),
+        }
+    }
+
+    /// The table as text.
+    pub(crate) fn text(&self) -> String {
+        let Table { title, headings, rows, notes } = self;
+        let lines = || std::iter::once(headings).chain(rows);
+        let width = |column: usize| {
+            lines().map(|line| line[column].chars().count()).max().unwrap_or_default()
+        };
+        let last = headings.len() - 1;
+        let mut text = format!("\n{title}\n");
+        for line in lines() {
+            let cells = line.iter().enumerate().map(|(column, cell)| match column {
+                0 => format!("  {cell:<0$}", width(0)),
+                _ if column == last => format!("  {cell}"),
+                _ => format!("  {cell:>0$}", width(column)),
+            });
+            let line: String = cells.collect();
+            writeln!(text, "{}", line.trim_end()).expect("a string takes all");
+        }
+        for note in notes {
+            writeln!(text, "  {note}").expect("a string takes all");
+        }
+        text
+    }
 }
 
 fn row(chart: &Chart, measured: &Measured, standing: String) -> [String; 9] {
@@ -58,10 +99,20 @@ fn standings(chart: &Chart) -> Vec<String> {
             None => "front".to_owned(),
             Some(by) => format!("dominated by {}", names[by]),
         },
-        Outcome::Failed { reason } => format!("failed: {reason}"),
-        Outcome::TimedOut { seconds } => format!("took more than {}", time(*seconds)),
+        other => other.failure().unwrap_or_default(),
     };
     chart.methods.iter().map(standing).collect()
+}
+
+impl<F> Outcome<F> {
+    /// Why there is no image, if there is none.
+    pub(super) fn failure(&self) -> Option<String> {
+        match self {
+            Outcome::Rendered(_) => None,
+            Outcome::Failed { reason } => Some(format!("failed: {reason}")),
+            Outcome::TimedOut { seconds } => Some(format!("took more than {}", time(*seconds))),
+        }
+    }
 }
 
 /// Who is on the front and who is dominated, in a line each.
@@ -86,12 +137,10 @@ pub(super) fn heading(chart: &Chart) -> String {
 }
 
 /// What a chart is of.
-pub(super) fn title(chart: &Chart) -> String {
+fn title(chart: &Chart) -> String {
     let Chart { images, pixels, methods, .. } = chart;
     let n_rounds =
         methods.iter().find_map(Measured::figures).map_or(0, |figures| figures.tracing.len());
-    let plural =
-        |n: u64, word: &str| format!("{} {word}{}", grouped(n), if n == 1 { "" } else { "s" });
     format!(
         "{}: {}, {}, {}; against {}",
         heading(chart),
@@ -102,11 +151,16 @@ pub(super) fn title(chart: &Chart) -> String {
     )
 }
 
-/// Where and how charts were measured: a line for each place.
-pub(super) fn captions(data: &Data) -> Vec<String> {
+/// So many of what a word says.
+pub(super) fn plural(n: u64, word: &str) -> String {
+    format!("{} {word}{}", grouped(n), if n == 1 { "" } else { "s" })
+}
+
+/// Where and how something was measured: a line for each place.
+pub(super) fn captions<'a>(all: impl IntoIterator<Item = &'a About>) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
-    for chart in &data.charts {
-        let line = chart.about.line();
+    for about in all {
+        let line = about.line();
         if !lines.contains(&line) {
             lines.push(line);
         }
@@ -125,24 +179,4 @@ impl About {
             machine.cpu, machine.cores
         )
     }
-}
-
-/// A chart as text.
-pub(crate) fn text(chart: &Chart) -> String {
-    let rows = rows(chart);
-    let headings = HEADINGS.map(str::to_owned);
-    let width = |column: usize| {
-        let cells = std::iter::once(&headings).chain(&rows).map(|row| row[column].chars().count());
-        cells.max().unwrap_or(0)
-    };
-    let widths: [usize; 9] = std::array::from_fn(width);
-    let mut text = format!("\n{}\n", title(chart));
-    for row in std::iter::once(&headings).chain(&rows) {
-        write!(text, "  {:<1$}", row[0], widths[0]).expect("a string takes all");
-        for (cell, width) in row[1..8].iter().zip(&widths[1..8]) {
-            write!(text, "  {cell:>width$}").expect("a string takes all");
-        }
-        writeln!(text, "  {}", row[8]).expect("a string takes all");
-    }
-    text
 }

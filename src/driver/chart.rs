@@ -1,12 +1,15 @@
-//! `gmlvm chart`: measures methods, or reads measurements, and writes tables, data and charts.
+//! `gmlvm chart`: measures methods or growth, or reads measurements, and writes tables, data and charts.
 
 use std::path::Path;
+
+use serde::Serialize;
 
 use crate::args::ChartArgs;
 use crate::chart::data::{About, Chart, Data};
 use crate::chart::measure::{self, Bench};
-use crate::chart::page::{self, Format};
-use crate::chart::table;
+use crate::chart::page::{self, Format, Sheet};
+use crate::chart::scaling;
+use crate::chart::scaling::data::Growth;
 use crate::clean::clean;
 use crate::console;
 use crate::driver::run;
@@ -27,17 +30,23 @@ pub(super) fn chart(args: &ChartArgs, reporter: &Reporter) -> Result<u8, Failure
     let about = About::here();
     let (thread, all_threads) = (run::threads(1)?, run::threads(0)?);
     let bench = Bench { args, thread: &thread, all_threads: &all_threads, about: &about, reporter };
-    let is_shown = args.export.as_deref() != Some(Path::new("-"));
+    match &args.scaling {
+        Some(words) => growth(words, format, bench),
+        None => methods(format, bench),
+    }
+}
+
+/// Charts of methods.
+fn methods(format: Option<Format>, bench: Bench<'_>) -> Result<u8, Failure> {
+    let Bench { args, reporter, .. } = bench;
     let mut charts = Vec::new();
     let mut code = 0;
     for input in &args.scenes {
         match charts_of(input, bench) {
             Ok(new) => {
-                if is_shown {
-                    let text: String = new.iter().map(table::text).collect();
-                    console::data(|out| out.write_all(text.as_bytes()))?;
-                }
-                charts.extend(new);
+                let new = Data { charts: new };
+                print(args, &new)?;
+                charts.extend(new.charts);
             }
             Err(failure) => {
                 failure.message().inspect(|message| reporter.message(message));
@@ -45,21 +54,57 @@ pub(super) fn chart(args: &ChartArgs, reporter: &Reporter) -> Result<u8, Failure
             }
         }
     }
-    if charts.is_empty() {
-        return Ok(code);
-    }
-    let data = Data { charts };
-    if let Some(path) = &args.export {
-        json::write(path, &data)?;
-    }
-    if let (Some(path), Some(format)) = (&args.output, format) {
-        draw(path, format, &data)?;
+    if !charts.is_empty() {
+        let n = charts.len();
+        write(args, format, &Data { charts }, n)?;
     }
     Ok(code)
 }
 
-fn draw(path: &Path, format: Format, data: &Data) -> Result<(), Failure> {
-    let n = data.charts.len();
+/// Charts of growth.
+fn growth(words: &[String], format: Option<Format>, bench: Bench<'_>) -> Result<u8, Failure> {
+    let args = bench.args;
+    let mut all = Growth { series: Vec::new() };
+    if args.scenes.is_empty() {
+        for series in scaling::measure::asked(words) {
+            let new = Growth { series: vec![scaling::measure::measure(series, bench)?] };
+            print(args, &new)?;
+            all.series.extend(new.series);
+        }
+    }
+    for input in &args.scenes {
+        let new: Growth = json::read(input, "data of `--scaling`")?;
+        if new.series.is_empty() {
+            return Err(holds_nothing(input));
+        }
+        print(args, &new)?;
+        all.series.extend(new.series);
+    }
+    let n = all.series.len();
+    write(args, format, &all, n)?;
+    Ok(0)
+}
+
+/// Prints tables, if the standard output is not for data.
+fn print(args: &ChartArgs, new: &impl Sheet) -> Result<(), Failure> {
+    if args.export.as_deref() == Some(Path::new("-")) {
+        return Ok(());
+    }
+    let text: String = new.tables().iter().map(|table| table.text()).collect();
+    console::data(|out| out.write_all(text.as_bytes()))
+}
+
+/// Writes the `n` charts, and their data, where the command line asks for them.
+fn write(
+    args: &ChartArgs,
+    format: Option<Format>,
+    data: &(impl Sheet + Serialize),
+    n: usize,
+) -> Result<(), Failure> {
+    if let Some(path) = &args.export {
+        json::write(path, data)?;
+    }
+    let (Some(path), Some(format)) = (&args.output, format) else { return Ok(()) };
     if n > MAX_CHARTS {
         let message = format!("a drawing has room for {MAX_CHARTS} charts, and these are {n}");
         return Err(Failure::Usage(message));
@@ -72,10 +117,14 @@ fn charts_of(input: &Path, bench: Bench<'_>) -> Result<Vec<Chart>, Failure> {
     if input.extension().is_some_and(|extension| extension == "json") {
         let Data { charts } = json::read(input, "data of a chart")?;
         if charts.is_empty() {
-            let name = input.display().to_string();
-            return Err(Failure::Usage(format!("`{}` holds no chart", clean(&name))));
+            return Err(holds_nothing(input));
         }
         return Ok(charts);
     }
     measure::measure(input, bench)
+}
+
+fn holds_nothing(input: &Path) -> Failure {
+    let name = input.display().to_string();
+    Failure::Usage(format!("`{}` holds no chart", clean(&name)))
 }
