@@ -55,7 +55,12 @@ impl Axes {
         let band = if has_zeros { BAND / (1.0 - BAND) * (top - bottom) } else { 0.0 };
         let places = match chart.diagram {
             Diagram::Rounding => Vec::new(),
-            Diagram::Sampling => points().map(|(cost, _)| cost.log10()).collect(),
+            // Those of grids, whose numbers of rays are squares.
+            Diagram::Sampling => points()
+                .map(|(cost, _)| cost)
+                .filter(|cost| cost.sqrt().fract() == 0.0)
+                .map(f64::log10)
+                .collect(),
         };
         Axes {
             x: [low, right],
@@ -72,8 +77,8 @@ impl Axes {
         self.y[0] < self.zeros
     }
 
-    /// Where to write numbers: at numbers of rays if that is what there is, else at 1, 2, 5, 10 and
-    /// so on.
+    /// Where to write numbers: at those of grids of rays if there are any, else at 1, 2, 5, 10 and so
+    /// on.
     fn x_ticks(&self) -> Vec<f64> {
         let high = self.strip.unwrap_or(self.x[1]);
         if self.places.is_empty() { ticks(self.x[0], high) } else { self.places.clone() }
