@@ -176,7 +176,7 @@ fn slurm_array() {
     }
     assert!(output.status.success(), "{shown}\n{said}");
     let n_before: usize = shown.lines().next().expect("a number").parse().expect("a number");
-    assert!((5..51).contains(&n_before), "{shown}");
+    assert!(n_before >= 5, "{shown}");
     assert!(shown.contains("cannot access 'out'"), "joined though a task was killed: {shown}");
     assert!(shown.contains("shard 2/3, ") && shown.contains("of them there already"), "{shown}");
     is_the_single_image(&sandbox);
