@@ -3,7 +3,7 @@
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
 
 use tempfile::TempDir;
 
@@ -80,6 +80,23 @@ impl Sandbox {
         let output = shell.output().expect("sh runs");
         let stderr = String::from_utf8(output.stderr).expect("messages are text");
         (output.status.code(), stderr)
+    }
+
+    /// Runs a script of the shell as the root of a namespace of its own, where it may mount; it ends with
+    /// 99 where it cannot. None, and a message, if that is not to be had here.
+    pub(crate) fn mounting(&self, script: &str) -> Option<Output> {
+        let mut unshare = Command::new("unshare");
+        unshare.args(["-Urm", "sh", "-c", script]).current_dir(self.0.path());
+        let Ok(output) = unshare.output() else {
+            eprintln!("skipped: no unshare here");
+            return None;
+        };
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        if output.status.code() == Some(99) || stderr.starts_with("unshare:") {
+            eprintln!("skipped: no mounting here: {stderr}");
+            return None;
+        }
+        Some(output)
     }
 
     /// Runs with this text on the standard input.
