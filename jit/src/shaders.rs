@@ -439,12 +439,12 @@ impl SurfaceEval for NativeSurfaces<'_> {
                 let SurfacePoint { face, u, v } = at.locate(*needs);
                 match native.call(face, u, v) {
                     Some(sample) => Ok(sample),
-                    None => self.interpreter.eval(surface, at),
+                    None => self.interpret(surface, at),
                 }
             }
             Some(Tier::Constant(sample)) => Ok(*sample),
-            Some(Tier::Interpreted(_)) => self.interpreter.eval(surface, at),
-            None => self.eval_cold(index, surface, at),
+            Some(Tier::Interpreted(_)) => self.interpret(surface, at),
+            None => Ok(self.eval_cold(index, surface, at)?),
         }
     }
 
@@ -468,6 +468,17 @@ impl SurfaceEval for NativeSurfaces<'_> {
 }
 
 impl NativeSurfaces<'_> {
+    /// Asks the interpreter. Taking its answer apart and putting it together again keeps the answers
+    /// of native code, beside which it stands, in registers.
+    #[inline(always)]
+    fn interpret(
+        &mut self,
+        surface: SurfaceId,
+        at: &impl Locate,
+    ) -> Result<SurfaceSample, Box<Error>> {
+        Ok(self.interpreter.eval(surface, at)?)
+    }
+
     #[cold]
     fn eval_cold(
         &mut self,

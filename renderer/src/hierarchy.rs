@@ -83,16 +83,20 @@ impl Hierarchy {
         mut visit: impl FnMut(u32, &mut f64) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
         let mut t_end = t_end;
-        for &item in &self.unbounded {
-            visit(item, &mut t_end)?;
-        }
-        if self.nodes.is_empty() {
-            return ControlFlow::Continue(());
-        }
-        let mut n_pending = 0;
-        let mut current = Child::Node(0);
+        let mut unbounded = self.unbounded.iter();
+        let mut n_pending = usize::from(!self.nodes.is_empty());
+        pending[0] = (Child::Node(0), 0.0);
         loop {
-            match current {
+            let child = if let Some(&item) = unbounded.next() {
+                Child::Item(item)
+            } else if n_pending > 0 {
+                n_pending -= 1;
+                let (child, t) = pending[n_pending];
+                if t <= t_end { child } else { Child::Nothing }
+            } else {
+                return ControlFlow::Continue(());
+            };
+            match child {
                 Child::Item(item) => visit(item, &mut t_end)?,
                 Child::Node(index) => {
                     let node = &self.nodes[index as usize];
@@ -111,17 +115,6 @@ impl Hierarchy {
                     }
                 }
                 Child::Nothing => {}
-            }
-            loop {
-                if n_pending == 0 {
-                    return ControlFlow::Continue(());
-                }
-                n_pending -= 1;
-                let (child, t) = pending[n_pending];
-                if t <= t_end {
-                    current = child;
-                    break;
-                }
             }
         }
     }

@@ -42,28 +42,15 @@ pub(crate) enum Medium {
     Inside,
 }
 
-/// A boundary of the scene, or of a part of it, on a ray.
+/// A boundary of the scene, or of a part of it, on a ray. How far `t` may be off is its tolerance:
+/// crossings within their tolerances of one another are one.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing<R> {
     pub(crate) t: R,
-    /// How far `t` may be off: crossings within their tolerances of one another are one.
-    pub(crate) tolerance: f64,
     pub(crate) leaf: u32,
     pub(crate) root: Root,
     /// Whether the ray goes from outside to inside.
     pub(crate) entering: bool,
-}
-
-impl<R: Real> Crossing<R> {
-    /// Whether it lies ahead of the origin by more than the tolerance.
-    pub(crate) fn is_ahead(&self) -> bool {
-        self.t.exceeds(self.tolerance)
-    }
-
-    /// Whether two crossings cannot be told apart.
-    pub(crate) fn ties_with(&self, other: &Crossing<R>) -> bool {
-        (self.t - other.t).vanishes(self.tolerance + other.tolerance)
-    }
 }
 
 /// How much larger rounding errors are in world space than the coordinates that they come from,
@@ -123,10 +110,15 @@ impl Line {
 
     /// Up to where crossings matter to one, `t` and how far off that may be apart: they may tie with
     /// others that tie with it, each by the tolerances of two.
+    #[inline(always)]
     pub(crate) fn end_of_ties<R: Real>(&self, t: R) -> f64 {
-        let size = t.to_f64();
-        let relative = TIE_ROUNDINGS * f64::UNIT_ROUNDOFF * size.abs();
-        size + 4.0 * (self.tolerance + relative) + t.radius()
+        t.to_f64() + 4.0 * self.tolerance_at(t) + t.radius()
+    }
+
+    /// The tolerance of any crossing at `t`, at most.
+    #[inline(always)]
+    fn tolerance_at<R: Real>(&self, t: R) -> f64 {
+        self.tolerance + TIE_ROUNDINGS * f64::UNIT_ROUNDOFF * t.to_f64().abs()
     }
 
     /// The `t` at which the ray enters each box, 0 if it starts inside; and, by bit, which it meets
@@ -179,10 +171,29 @@ fn spread<R: Real>(ray: &Ray<R>, reach: f64) -> f64 {
     2.0 * (of_origin + of_dir * (reach / ray.dir.max_norm().to_f64()))
 }
 
-/// A ray up to some `t`, and how it is tested against boxes.
+/// A ray, and how it is tested against boxes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach<'r, R> {
     pub(crate) ray: &'r Ray<R>,
     pub(crate) line: Line,
-    pub(crate) t_end: f64,
+}
+
+impl<R: Real> Reach<'_, R> {
+    /// Whether a crossing at `t` lies ahead of the origin by more than its tolerance, whatever that
+    /// is; none where it makes a difference.
+    #[inline(always)]
+    pub(crate) fn is_plainly_ahead(&self, t: R) -> Option<bool> {
+        if t.is_surely_zero() || (-t).is_surely_positive() {
+            return Some(false);
+        }
+        let is_ahead = t.to_f64() == f64::INFINITY || self.is_plainly_beyond(t, t);
+        is_ahead.then_some(true)
+    }
+
+    /// Whether a distance from a crossing at `t` is above its tolerance, whatever that is.
+    #[inline(always)]
+    pub(crate) fn is_plainly_beyond(&self, distance: R, t: R) -> bool {
+        // Twice the bound: the tolerance is rounded too.
+        distance.to_f64() - distance.radius() > 2.0 * self.line.tolerance_at(t)
+    }
 }

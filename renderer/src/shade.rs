@@ -90,8 +90,8 @@ pub(crate) struct Shader<'s, R, E> {
     ambient: Vec3<R>,
     surfaces: E,
     workspace: Workspace<R>,
-    /// The path so far: what each point shows by itself, and the factor of what it reflects.
-    path: Vec<(Vec3<R>, Vec3<R>)>,
+    /// The path so far.
+    path: Vec<Bounce<R>>,
     /// What the colour that was found last hangs on and could not be decided for certain, if numbers
     /// keep account of that: the first of it.
     pub(crate) doubt: Option<Doubt>,
@@ -149,6 +149,15 @@ impl<R: Real> Sample<R> {
     fn black() -> Self {
         Sample { color: Vec3::ZERO, kd: R::ZERO, ks: R::ZERO, phong_exp: 0.0 }
     }
+}
+
+/// What a point of a path shows.
+#[derive(Clone, Copy)]
+struct Bounce<R> {
+    /// By itself.
+    local: Vec3<R>,
+    /// Of each colour that arrives from where it reflects.
+    factor: Vec3<R>,
 }
 
 /// The point that a ray has met.
@@ -243,6 +252,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     }
 
     /// The light that arrives along a ray from the eye; black where it meets nothing.
+    #[inline(always)]
     pub(crate) fn radiance(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
         self.follow::<false>(ray)
     }
@@ -266,33 +276,48 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         }
     }
 
+    #[inline(always)]
     fn follow<const SIGNED: bool>(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
         self.counts.primary += 1;
         self.path.clear();
         self.doubt = None;
-        let mut next = Some(ray);
-        while let Some(ray) = next {
-            let crossing = self.scene.first_hit(&ray, &mut self.workspace);
+        let (mut ray, mut light) = (ray, Vec3::ZERO);
+        while let Some(crossing) = self.scene.first_hit(&ray, &mut self.workspace) {
             self.notice(Doubt::Boundary);
-            let Some(crossing) = crossing.filter(|_| !self.has_given_up()) else { break };
-            next = self.bounce::<SIGNED>(&ray, &crossing)?;
-        }
-        let mut light: Vec3<R> = Vec3::ZERO;
-        for &(local, factor) in self.path.iter().rev() {
-            if self.illumination.clamp_reflection {
-                light = light.map(|c| c.max(R::ZERO).min(R::ONE));
+            if self.has_given_up() {
+                break;
             }
-            light = local + factor.scaled_by(light);
+            let (bounce, reflected) = self.bounce::<SIGNED>(&ray, crossing)?;
+            let Some(reflected) = reflected else {
+                light = self.reflected(&bounce, light);
+                break;
+            };
+            self.path.push(bounce);
+            ray = reflected;
+        }
+        self.notice(Doubt::Boundary);
+        for bounce in self.path.iter().rev() {
+            light = self.reflected(bounce, light);
         }
         Ok(light)
     }
 
-    /// Adds a point to the path. Returns the reflected ray, unless it cannot matter.
+    /// The light from a point at which this light arrives from where it reflects.
+    #[inline(always)]
+    fn reflected(&self, bounce: &Bounce<R>, mut light: Vec3<R>) -> Vec3<R> {
+        if self.illumination.clamp_reflection {
+            light = light.map(|c| c.max(R::ZERO).min(R::ONE));
+        }
+        bounce.local + bounce.factor.scaled_by(light)
+    }
+
+    /// What the point that a ray has met shows, and the reflected ray, unless that cannot matter.
+    #[inline(always)]
     fn bounce<const SIGNED: bool>(
         &mut self,
         ray: &Ray<R>,
-        crossing: &Crossing<R>,
-    ) -> Result<Option<Ray<R>>, E::Error> {
+        crossing: Crossing<R>,
+    ) -> Result<(Bounce<R>, Option<Ray<R>>), E::Error> {
         let dir = ray.dir.normalized().unwrap_or(Vec3::ZERO);
         let (hit, at) = self.hit(ray, dir, crossing);
         self.notice(Doubt::Boundary);
@@ -307,18 +332,18 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             if self.illumination.tint_specular { light.scaled_by(color) } else { light }
         };
         let local = diffuse.scaled_by(color) + tint(specular);
-        let factor = tint(Vec3::new(ks, ks, ks));
+        let bounce = Bounce { local, factor: tint(Vec3::new(ks, ks, ks)) };
         let is_last = self.path.len() as u64 >= u64::from(self.illumination.max_bounces);
-        self.path.push((local, factor));
         let reflects = !is_last && ks != R::ZERO;
         self.notice(Doubt::Surface);
         let Some(normal) = hit.normal.filter(|_| reflects && !self.has_given_up()) else {
-            return Ok(None);
+            return Ok((bounce, None));
         };
         self.counts.reflected += 1;
         let twice = dir.dot(normal) * R::from_f64(2.0);
         let reflected = dir - normal * twice;
-        Ok(Some(Ray { origin: hit.point, dir: reflected, on: Some(hit.on), medium: hit.medium }))
+        let (origin, on, medium) = (hit.point, Some(hit.on), hit.medium);
+        Ok((bounce, Some(Ray { origin, dir: reflected, on, medium })))
     }
 
     /// Asks the surface function.
@@ -361,7 +386,8 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         self.surfaces.eval(surface, &at.locate(Needs::ALL))
     }
 
-    fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: &Crossing<R>) -> (Hit<R>, Place<R>) {
+    #[inline(always)]
+    fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: Crossing<R>) -> (Hit<R>, Place<R>) {
         let leaf = &self.scene.leaves[crossing.leaf as usize];
         let face = crossing.root.face;
         let local = self.scene.local_ray(crossing.leaf, ray);
@@ -379,6 +405,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
 
     /// The light of ambient light and lamps: diffuse, still without the surface's colour, and
     /// specular.
+    #[inline(always)]
     fn direct_light<const SIGNED: bool>(
         &mut self,
         hit: &Hit<R>,

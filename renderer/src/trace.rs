@@ -14,7 +14,7 @@ use crate::object::ShapeKind;
 use crate::plan::Part;
 use crate::ray::{Crossing, Line, Medium, On, Ray, Reach, TIE_ROUNDINGS};
 use crate::scene::{Component, Leaf, Scene};
-use crate::shape::{self, LocalRay};
+use crate::shape::{self, End, LocalRay};
 use crate::tree;
 
 /// Memory for tracing, kept from ray to ray.
@@ -43,40 +43,11 @@ pub(crate) struct LeafSpan<R> {
     pub(crate) exit: Crossing<R>,
 }
 
-impl<R: Real> LeafSpan<R> {
-    /// Whether the origin is inside, or enters at once.
-    pub(crate) fn is_inside(&self) -> bool {
-        !self.enter.is_ahead() && self.exit.is_ahead()
-    }
-}
-
 impl<R: Real> Leaf<R> {
-    /// An end of the leaf's span on a ray, as a crossing.
-    #[inline(always)]
-    fn crossing(
-        &self,
-        index: u32,
-        ray: &Ray<R>,
-        local: &LocalRay<R>,
-        end: shape::End<R>,
-        entering: bool,
-    ) -> Crossing<R> {
-        let t = end.t.to_f64().abs();
-        // What rounding may have moved the origin by, in lengths of the direction.
-        let reach = self.origin_size(ray) / local.dir.max_norm().to_f64();
-        // An infinite end is no crossing, and ties with nothing.
-        let roundings = if t.is_finite() { t + reach } else { 0.0 };
-        let tolerance = TIE_ROUNDINGS * R::UNIT_ROUNDOFF * roundings;
-        let is_exact = local.is_on(end.root.face) && end.t.is_surely_zero();
-        let tolerance = if is_exact { 0.0 } else { tolerance };
-        Crossing { t: end.t, tolerance, leaf: index, root: end.root, entering }
-    }
-
     /// Whether a ray surely has no entry that matters, by what takes less than its whole span: the
     /// height above a plane and how it changes along the ray, which the full test computes alike.
     #[inline(always)]
-    fn is_surely_missed<const OUTSIDE: bool>(&self, index: u32, reach: &Reach<'_, R>) -> bool {
-        let ray = reach.ray;
+    fn is_surely_missed<const OUTSIDE: bool>(&self, index: u32, ray: &Ray<R>, t_end: f64) -> bool {
         // From the one surface of a convex solid, the outside leads nowhere into it.
         if OUTSIDE && ray.on.is_some_and(|on| on.leaf == index) {
             return matches!(self.kind, ShapeKind::Sphere | ShapeKind::Plane);
@@ -94,7 +65,7 @@ impl<R: Real> Leaf<R> {
             // Away from the plane, or not down to it before all that matters has ended, with room
             // for ties, beside which the rounding of this sum is nothing.
             rise.is_surely_positive()
-                || rise.mul_add(R::from_f64(reach.t_end), height).is_surely_positive()
+                || rise.mul_add(R::from_f64(t_end), height).is_surely_positive()
         } else {
             // The plane is met at a `t` that is not above 0, which is no entry ahead.
             OUTSIDE && (rise.is_surely_positive() || (-height).is_surely_positive())
@@ -132,46 +103,86 @@ impl<R: Real> Scene<R> {
     /// Where a ray's line is inside a leaf.
     #[inline(always)]
     pub(crate) fn leaf_span(&self, index: u32, ray: &Ray<R>) -> Option<LeafSpan<R>> {
-        let leaf = &self.leaves[index as usize];
         let local = self.local_ray(index, ray);
-        let span = shape::span(leaf.kind, &local)?;
-        let crossing = |end, entering| leaf.crossing(index, ray, &local, end, entering);
+        let span = shape::span(self.leaves[index as usize].kind, &local)?;
+        let crossing = |End { t, root }, entering| Crossing { t, leaf: index, root, entering };
         Some(LeafSpan { enter: crossing(span.enter, true), exit: crossing(span.exit, false) })
     }
 
-    /// Where a ray enters a leaf, if that lies ahead and not behind the end of its reach, where
-    /// nothing is first or ties with what is; breaks if the leaf holds the origin, unless the ray is known to start `OUTSIDE`.
+    /// How far `t` of a crossing may be off.
+    #[cold]
+    fn tolerance(&self, crossing: &Crossing<R>, ray: &Ray<R>) -> f64 {
+        let leaf = &self.leaves[crossing.leaf as usize];
+        let local = self.local_ray(crossing.leaf, ray);
+        let t = crossing.t.to_f64().abs();
+        let is_exact = local.is_on(crossing.root.face) && crossing.t.is_surely_zero();
+        // An infinite end is no crossing, and ties with nothing.
+        if is_exact || !t.is_finite() {
+            return 0.0;
+        }
+        // What rounding may have moved the origin by, in lengths of the direction.
+        let reach = leaf.origin_size(ray) / local.dir.max_norm().to_f64();
+        TIE_ROUNDINGS * R::UNIT_ROUNDOFF * (t + reach)
+    }
+
+    /// Whether a crossing lies ahead of the ray's origin by more than its tolerance.
+    #[inline(always)]
+    pub(crate) fn is_ahead(&self, crossing: &Crossing<R>, reach: &Reach<'_, R>) -> bool {
+        let compare = || crossing.t.exceeds(self.tolerance(crossing, reach.ray));
+        reach.is_plainly_ahead(crossing.t).unwrap_or_else(compare)
+    }
+
+    /// Whether the ray's origin is inside a leaf's span, or enters it at once.
+    #[inline(always)]
+    pub(crate) fn is_inside(&self, span: &LeafSpan<R>, reach: &Reach<'_, R>) -> bool {
+        !self.is_ahead(&span.enter, reach) && self.is_ahead(&span.exit, reach)
+    }
+
+    /// Where a ray enters a leaf, if that lies ahead and not behind `t_end`, where nothing is first or
+    /// ties with what is; breaks if the leaf holds the origin, unless the ray is known to start
+    /// `OUTSIDE`.
     #[inline(always)]
     fn leaf_entry<const OUTSIDE: bool>(
         &self,
         index: u32,
         reach: &Reach<'_, R>,
+        t_end: f64,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         let leaf = &self.leaves[index as usize];
         let ray = reach.ray;
-        if self.omissions.holds(Part::Planes) && leaf.is_surely_missed::<OUTSIDE>(index, reach) {
+        if self.omissions.holds(Part::Planes) && leaf.is_surely_missed::<OUTSIDE>(index, ray, t_end)
+        {
             return ControlFlow::Continue(None);
         }
         let local = self.local_ray(index, ray);
         let Some(span) = shape::span(leaf.kind, &local) else { return ControlFlow::Continue(None) };
         let t = span.enter.t;
         let is_behind = OUTSIDE && (-t).is_surely_positive();
-        if is_behind || t.to_f64() - t.radius() > reach.t_end {
+        if is_behind || t.to_f64() - t.radius() > t_end {
             return ControlFlow::Continue(None);
         }
-        let crossing = |end, entering| leaf.crossing(index, ray, &local, end, entering);
+        let crossing = |End { t, root }, entering| Crossing { t, leaf: index, root, entering };
         let enter = crossing(span.enter, true);
-        if enter.is_ahead() {
+        if self.is_ahead(&enter, reach) {
             return ControlFlow::Continue(Some(enter));
         }
-        if !OUTSIDE && crossing(span.exit, false).is_ahead() {
+        if !OUTSIDE && self.is_ahead(&crossing(span.exit, false), reach) {
             return ControlFlow::Break(());
         }
         ControlFlow::Continue(None)
     }
 
-    /// Whether two crossings cannot be told apart, or are of one and the same surface.
-    pub(crate) fn is_tie(&self, a: &Crossing<R>, b: &Crossing<R>) -> bool {
+    /// Whether two crossings, the second of which is not the nearer, cannot be told apart or are of one
+    /// and the same surface.
+    #[inline(always)]
+    pub(crate) fn is_tie(&self, a: &Crossing<R>, b: &Crossing<R>, reach: &Reach<'_, R>) -> bool {
+        let is_plainly_behind = b.t.to_f64() - b.t.radius() > reach.line.end_of_ties(a.t);
+        !is_plainly_behind && self.are_one(a, b, reach.ray)
+    }
+
+    /// The same by their own tolerances.
+    #[cold]
+    fn are_one(&self, a: &Crossing<R>, b: &Crossing<R>, ray: &Ray<R>) -> bool {
         // Numbers that keep account of their errors may not know that such roots are the same.
         let is_same = || {
             let [of_a, of_b] =
@@ -179,17 +190,19 @@ impl<R: Real> Scene<R> {
             let is_one = a.leaf == b.leaf && a.root == b.root;
             is_one || of_a == of_b && of_a < self.n_shared && a.root.plus == b.root.plus
         };
-        R::KEEPS_ACCOUNT && is_same() || a.ties_with(b)
+        let tolerance = |crossing| self.tolerance(crossing, ray);
+        R::KEEPS_ACCOUNT && is_same() || (a.t - b.t).vanishes(tolerance(a) + tolerance(b))
     }
 
     /// The first boundary ahead of the ray's origin. Of those that tie with the first, the one of
     /// the last operand of the union that the scene is paints.
+    #[inline(always)]
     pub(crate) fn first_hit(
         &self,
         ray: &Ray<R>,
         workspace: &mut Workspace<R>,
     ) -> Option<Crossing<R>> {
-        let reach = self.reach(ray, f64::INFINITY);
+        let reach = self.reach(ray);
         let entry = match ray.medium {
             Medium::Inside => ControlFlow::Break(()),
             Medium::Outside => self.first_entry::<true>(&reach, workspace),
@@ -202,37 +215,61 @@ impl<R: Real> Scene<R> {
     }
 
     /// The first boundary of a ray that starts outside the union; breaks if it starts inside.
+    #[inline(always)]
     fn first_entry<const OUTSIDE: bool>(
         &self,
         reach: &Reach<'_, R>,
         workspace: &mut Workspace<R>,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
-        let Workspace { tree, pending, crossings } = workspace;
-        crossings.clear();
+        let Workspace { tree, pending, crossings: others } = workspace;
+        others.clear();
         let mut first: Option<Crossing<R>> = None;
-        self.hierarchy.visit(&reach.line, reach.t_end, pending, |index, t_end| {
-            let nearer = Reach { t_end: *t_end, ..*reach };
-            let Some(crossing) = self.entry::<OUTSIDE>(index, &nearer, tree)? else {
+        let mut first_index = 0;
+        self.hierarchy.visit(&reach.line, f64::INFINITY, pending, |index, t_end| {
+            let Some(crossing) = self.entry::<OUTSIDE>(index, reach, *t_end, tree)? else {
                 return ControlFlow::Continue(());
             };
-            crossings.push((index, crossing));
             // Which of two that tie is called the first makes no difference.
-            if first.as_ref().is_none_or(|first| crossing.t.total_cmp(&first.t).is_lt()) {
-                first = Some(crossing);
-                *t_end = reach.line.end_of_ties(crossing.t);
+            if first.is_some_and(|first| crossing.t.total_cmp(&first.t).is_ge()) {
+                others.push((index, crossing));
+                return ControlFlow::Continue(());
             }
+            *t_end = reach.line.end_of_ties(crossing.t);
+            let may_tie = |other: &Crossing<R>| other.t.to_f64() - other.t.radius() <= *t_end;
+            if !others.is_empty() {
+                others.retain(|(_, other)| may_tie(other));
+            }
+            if let Some(other) = first.filter(may_tie) {
+                others.push((first_index, other));
+            }
+            (first, first_index) = (Some(crossing), index);
             ControlFlow::Continue(())
         })?;
-        let Some(first) = first else { return ControlFlow::Continue(None) };
-        let ties = crossings.iter().filter(|(_, crossing)| self.is_tie(crossing, &first));
-        let last = ties.max_by_key(|(index, _)| *index);
-        ControlFlow::Continue(last.map(|(_, crossing)| *crossing))
+        if !others.is_empty()
+            && let Some(nearest) = &first
+        {
+            first = Some(self.last_tied(first_index, nearest, others, reach));
+        }
+        ControlFlow::Continue(first)
     }
 
-    /// A ray up to `t_end`.
+    /// Of the first crossing and those that tie with it, the one of the last component.
+    #[cold]
+    fn last_tied(
+        &self,
+        index: u32,
+        first: &Crossing<R>,
+        others: &[(u32, Crossing<R>)],
+        reach: &Reach<'_, R>,
+    ) -> Crossing<R> {
+        let ties = others.iter().filter(|(_, other)| self.is_tie(first, other, reach));
+        let last = ties.max_by_key(|(other, _)| *other).filter(|(other, _)| *other > index);
+        last.map_or(*first, |(_, last)| *last)
+    }
+
     #[inline(always)]
-    fn reach<'r>(&self, ray: &'r Ray<R>, t_end: f64) -> Reach<'r, R> {
-        Reach { ray, line: Line::new(ray, self.conditioning, self.extent), t_end }
+    fn reach<'r>(&self, ray: &'r Ray<R>) -> Reach<'r, R> {
+        Reach { ray, line: Line::new(ray, self.conditioning, self.extent) }
     }
 
     /// Whether anything is met before `t_end` (anywhere, if none). The component `blocker` is tried
@@ -244,27 +281,27 @@ impl<R: Real> Scene<R> {
         blocker: &mut Option<u32>,
         workspace: &mut Workspace<R>,
     ) -> bool {
-        let is_before = |crossing: &Crossing<R>| match t_end {
-            None => true,
-            Some(end) => (end - crossing.t).exceeds(crossing.tolerance),
+        let reach = self.reach(ray);
+        let is_before = |crossing: Crossing<R>| {
+            let Some(end) = t_end else { return true };
+            let distance = end - crossing.t;
+            reach.is_plainly_beyond(distance, crossing.t)
+                || distance.exceeds(self.tolerance(&crossing, ray))
         };
         if ray.medium != Medium::Outside {
-            return self.first_hit(ray, workspace).as_ref().is_some_and(is_before);
+            return self.first_hit(ray, workspace).is_some_and(is_before);
         }
+        let t_end = t_end.map_or(f64::INFINITY, |end| reach.line.end_of_ties(end));
         let Workspace { tree, pending, .. } = workspace;
-        let mut reach = self.reach(ray, f64::INFINITY);
-        if let Some(end) = t_end {
-            reach.t_end = reach.line.end_of_ties(end);
-        }
         let mut is_blocker = |index| {
-            let crossing = self.entry::<true>(index, &reach, tree);
-            crossing.continue_value().flatten().as_ref().is_some_and(is_before)
+            let crossing = self.entry::<true>(index, &reach, t_end, tree);
+            crossing.continue_value().flatten().is_some_and(is_before)
         };
         if blocker.is_some_and(&mut is_blocker) {
             return true;
         }
         let tried = blocker.take();
-        let visited = self.hierarchy.visit(&reach.line, reach.t_end, pending, |index, _| {
+        let visited = self.hierarchy.visit(&reach.line, t_end, pending, |index, _| {
             if tried != Some(index) && is_blocker(index) {
                 *blocker = Some(index);
                 return ControlFlow::Break(());
@@ -274,7 +311,7 @@ impl<R: Real> Scene<R> {
         visited.is_break()
     }
 
-    /// The first boundary of a component ahead, if it lies within reach; breaks if the component
+    /// The first boundary of a component ahead, if it does not lie behind `t_end`; breaks if the component
     /// holds the ray's origin. For rays that are known to start `OUTSIDE` nothing holds it, whatever
     /// rounding says, and only entries count.
     #[inline(always)]
@@ -282,13 +319,14 @@ impl<R: Real> Scene<R> {
         &self,
         index: u32,
         reach: &Reach<'_, R>,
+        t_end: f64,
         workspace: &mut tree::Workspace<R>,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         match self.components[index as usize] {
-            Component::Leaf(leaf) => self.leaf_entry::<OUTSIDE>(leaf, reach),
+            Component::Leaf(leaf) => self.leaf_entry::<OUTSIDE>(leaf, reach, t_end),
             Component::Tree { root, hierarchy } => {
                 let mut first = None;
-                let is_inside = self.sweep(root, hierarchy, reach, workspace, |crossing| {
+                let is_inside = self.sweep(root, hierarchy, reach, t_end, workspace, |crossing| {
                     let counts = crossing.entering || !OUTSIDE;
                     if counts {
                         first = Some(crossing);
@@ -314,17 +352,18 @@ impl<R: Real> Scene<R> {
         crossings.clear();
         let mut n_around: usize = 0;
         let ControlFlow::Continue(()) =
-            self.hierarchy.visit(&reach.line, reach.t_end, pending, |index, _| {
+            self.hierarchy.visit(&reach.line, f64::INFINITY, pending, |index, _| {
                 n_around += usize::from(match self.components[index as usize] {
                     Component::Leaf(leaf) => self.leaf_span(leaf, reach.ray).is_some_and(|span| {
-                        let ends = [span.enter, span.exit]
-                            .into_iter()
-                            .filter(|end| end.is_ahead() && end.t.to_f64().is_finite());
+                        let is_met = |end: &Crossing<R>| {
+                            end.t.to_f64().is_finite() && self.is_ahead(end, reach)
+                        };
+                        let ends = [span.enter, span.exit].into_iter().filter(is_met);
                         crossings.extend(ends.map(|end| (index, end)));
-                        span.is_inside()
+                        self.is_inside(&span, reach)
                     }),
                     Component::Tree { root, hierarchy } => {
-                        self.sweep(root, hierarchy, reach, tree, |crossing| {
+                        self.sweep(root, hierarchy, reach, f64::INFINITY, tree, |crossing| {
                             crossings.push((index, crossing));
                             false
                         })
@@ -333,7 +372,7 @@ impl<R: Real> Scene<R> {
                 ControlFlow::<Infallible>::Continue(())
             });
         crossings.sort_by(|(i, a), (j, b)| a.t.total_cmp(&b.t).then(i.cmp(j)));
-        let groups = crossings.chunk_by(|(_, a), (_, b)| self.is_tie(a, b));
+        let groups = crossings.chunk_by(|(_, a), (_, b)| self.is_tie(a, b, reach));
         for group in groups {
             let was_inside = n_around > 0;
             for (_, crossing) in group {

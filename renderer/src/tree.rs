@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 use crate::hierarchy::Pending;
 use crate::numeric::real::Real;
 use crate::object::SetOp;
-use crate::ray::{Crossing, Ray, Reach};
+use crate::ray::{Crossing, Reach};
 use crate::scene::{Kind, NONE, Node, Scene};
 
 /// Memory for sweeping, kept from ray to ray.
@@ -92,6 +92,7 @@ impl<R: Real> Scene<R> {
         root: u32,
         hierarchy: u32,
         reach: &Reach<'_, R>,
+        t_end: f64,
         workspace: &mut Workspace<R>,
         mut visit: impl FnMut(Crossing<R>) -> bool,
     ) -> bool {
@@ -101,10 +102,9 @@ impl<R: Real> Scene<R> {
         let mut crossings = std::mem::take(&mut workspace.crossings);
         leaves.clear();
         crossings.clear();
-        let Reach { ray, line, t_end } = reach;
         let ControlFlow::Continue(()) = self.trees[hierarchy as usize].visit(
-            line,
-            *t_end,
+            &reach.line,
+            t_end,
             &mut workspace.pending,
             |leaf, _| {
                 leaves.push(leaf);
@@ -114,11 +114,11 @@ impl<R: Real> Scene<R> {
         // The first leaf's root of a shared surface counts.
         leaves.sort_unstable();
         for &leaf in &leaves {
-            self.collect(leaf, ray, workspace, &mut crossings);
+            self.collect(leaf, reach, workspace, &mut crossings);
         }
         crossings.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.leaf.cmp(&b.leaf)));
         let starts_inside = workspace.is_inside(root);
-        for tie in crossings.chunk_by(|a, b| self.is_tie(a, b)) {
+        for tie in crossings.chunk_by(|a, b| self.is_tie(a, b, reach)) {
             workspace.tie += 1;
             for crossing in tie {
                 self.flip(crossing, workspace);
@@ -138,21 +138,21 @@ impl<R: Real> Scene<R> {
     fn collect(
         &self,
         leaf: u32,
-        ray: &Ray<R>,
+        reach: &Reach<'_, R>,
         workspace: &mut Workspace<R>,
         crossings: &mut Vec<Crossing<R>>,
     ) {
-        let Some(mut span) = self.leaf_span(leaf, ray) else { return };
+        let Some(mut span) = self.leaf_span(leaf, reach.ray) else { return };
         for end in [&mut span.enter, &mut span.exit] {
             let surface = self.face_surface(&self.leaves[leaf as usize], end.root.face);
             if surface < self.n_shared && end.t.to_f64().is_finite() {
                 end.t = workspace.shared_root(surface, end.root.plus, end.t);
             }
         }
-        if span.is_inside() {
+        if self.is_inside(&span, reach) {
             self.spread(self.leaves[leaf as usize].node, true, workspace);
         }
-        let is_met = |end: &Crossing<R>| end.is_ahead() && end.t.to_f64().is_finite();
+        let is_met = |end: &Crossing<R>| end.t.to_f64().is_finite() && self.is_ahead(end, reach);
         crossings.extend([span.enter, span.exit].into_iter().filter(is_met));
     }
 

@@ -12,6 +12,7 @@ pub(crate) const FORMS: [Form; 6] = [
     Form::Plane { axis: 1, offset: 0.0 },
 ];
 
+#[inline(always)]
 pub(crate) fn span<R: Real>(ray: &LocalRay<R>) -> Option<Span<R>> {
     let x = slab::between(ray, 0, [2, 3])?;
     let y = slab::between(ray, 1, [5, 4])?;

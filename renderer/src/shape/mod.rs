@@ -117,7 +117,7 @@ pub(crate) fn faces_at(kind: ShapeKind, p: Vec3<Ball<Dd>>) -> u8 {
 }
 
 /// Where a ray's line is inside a shape.
-#[inline]
+#[inline(always)]
 pub(crate) fn span<R: Real>(kind: ShapeKind, ray: &LocalRay<R>) -> Option<Span<R>> {
     match kind {
         ShapeKind::Sphere => sphere::span(ray),
@@ -129,6 +129,7 @@ pub(crate) fn span<R: Real>(kind: ShapeKind, ray: &LocalRay<R>) -> Option<Span<R
 }
 
 /// The point where a ray's line crosses a face; planar coordinates are exact.
+#[inline(always)]
 pub(crate) fn hit_point<R: Real>(kind: ShapeKind, ray: &LocalRay<R>, root: Root) -> Vec3<R> {
     match forms(kind)[root.face as usize] {
         Form::Plane { axis, offset } => slab::hit_point(ray, axis, R::from_f64(offset)),
@@ -147,6 +148,7 @@ pub(crate) fn settled<R: Real>(coordinate: R, size: f64) -> R {
 }
 
 /// The outward normal at a point of a face, of any length; zero at the apex of a cone.
+#[inline(always)]
 pub(crate) fn normal<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> Vec3<R> {
     match forms(kind)[face as usize] {
         Form::Quadric { signs, .. } => p.scaled_by(Vec3::from_f64s(signs)),

@@ -58,6 +58,7 @@ pub(crate) fn moment_form<R: Real>(signs: [f64; 3], m: Vec3<R>) -> R {
 }
 
 /// The point where a line crosses the quadric, at the root with this sign of the square root.
+#[inline(always)]
 pub(crate) fn hit_point<R: Real>(
     ray: &LocalRay<R>,
     signs: [f64; 3],

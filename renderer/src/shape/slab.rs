@@ -62,6 +62,7 @@ pub(crate) fn between<R: Real>(ray: &LocalRay<R>, axis: usize, faces: [u8; 2]) -
 
 /// The point where a line crosses the plane at `offset` on `axis`, from the moment: with
 /// `m = o × d`, the other coordinates are `(c d_j ± m_k) / d_i`.
+#[inline(always)]
 pub(crate) fn hit_point<R: Real>(ray: &LocalRay<R>, axis: usize, c: R) -> Vec3<R> {
     let (d, m) = (ray.dir, ray.moment);
     match axis {

@@ -8,6 +8,7 @@ const SIGNS: [f64; 3] = [1.0, 1.0, 1.0];
 
 pub(crate) const FORMS: [Form; 1] = [Form::Quadric { signs: SIGNS, k: 1.0 }];
 
+#[inline(always)]
 pub(crate) fn span<R: Real>(ray: &LocalRay<R>) -> Option<Span<R>> {
     let a = ray.dir.dot(ray.dir);
     let discriminant = a - ray.moment.dot(ray.moment);

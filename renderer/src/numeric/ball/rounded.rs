@@ -1,7 +1,7 @@
 //! Operations that say how far off their results are.
 
 use crate::numeric::dd::{DD_ERROR, Dd, two_product, two_sum};
-use crate::numeric::real::Real;
+use crate::numeric::real::{Real, is_by_squaring};
 
 /// A result, and a bound of its error.
 pub type Rounded<T> = (T, f64);
@@ -112,9 +112,10 @@ impl Bounding for f64 {
         if power == 1.0 && (base == 1.0 || exponent == 0.0) {
             return (power, 0.0);
         }
-        // By squaring, up to the 32nd power, it takes no more than 10 products, whose roundings grow
-        // to at most one for each unit of the exponent; `pow` errs by less than one.
-        (power, 40.0 * f64::UNIT_ROUNDOFF * power)
+        // A product of powers of m and n, off by m - 1 and n - 1 roundings, is off by m + n - 1; `pow`
+        // errs by less than two. The rest is room for what this grows to beyond first order.
+        let roundings = if is_by_squaring(exponent) { 1.25 * exponent } else { 2.0 };
+        (power, (roundings + 2.0) * f64::UNIT_ROUNDOFF * power)
     }
 
     fn turns_of(x: f64, z: f64) -> Rounded<f64> {
