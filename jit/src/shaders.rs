@@ -468,8 +468,11 @@ impl SurfaceEval for NativeSurfaces<'_> {
 }
 
 impl NativeSurfaces<'_> {
-    /// Asks the interpreter. Taking its answer apart and putting it together again keeps the answers
-    /// of native code, beside which it stands, in registers.
+    /// Asks the interpreter.
+    #[allow(
+        clippy::needless_question_mark,
+        reason = "put together again, its answer is in registers like those of native code beside it"
+    )]
     #[inline(always)]
     fn interpret(
         &mut self,

@@ -72,6 +72,11 @@ impl Hierarchy {
         self.nodes.len() * size_of::<Node>() + self.unbounded.len() * 4
     }
 
+    /// The items without finite bounds.
+    pub(crate) fn unbounded(&self) -> &[u32] {
+        &self.unbounded
+    }
+
     /// Visits the items whose boxes a ray meets between its origin and `t_end`, roughly from near to
     /// far, until `visit` breaks; `visit` may lower `t_end`.
     #[inline(always)]
@@ -79,11 +84,24 @@ impl Hierarchy {
         &self,
         line: &Line,
         t_end: f64,
+        pending: &mut Pending,
+        visit: impl FnMut(u32, &mut f64) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
+        self.visit_with(&self.unbounded, line, t_end, pending, visit)
+    }
+
+    /// The same, but with only these of the items without finite bounds.
+    #[inline(always)]
+    pub(crate) fn visit_with<B>(
+        &self,
+        unbounded: &[u32],
+        line: &Line,
+        t_end: f64,
         Pending(pending): &mut Pending,
         mut visit: impl FnMut(u32, &mut f64) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
         let mut t_end = t_end;
-        let mut unbounded = self.unbounded.iter();
+        let mut unbounded = unbounded.iter();
         let mut n_pending = usize::from(!self.nodes.is_empty());
         pending[0] = (Child::Node(0), 0.0);
         loop {

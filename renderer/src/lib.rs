@@ -15,6 +15,7 @@ mod intern;
 pub mod light;
 pub mod numeric;
 pub mod object;
+mod obstacles;
 mod placement;
 pub mod plan;
 mod ray;

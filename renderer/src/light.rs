@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
+use crate::obstacles::Whence;
 use crate::plan::{Omissions, Part};
 
 /// A light source, in world space.
@@ -140,6 +141,15 @@ impl<R: Real> Lamp<R> {
         let is_constant = omissions.holds(Part::Fading) && attenuation.is_constant();
         let faded = is_constant.then(|| color * attenuation.factor(R::ONE));
         Lamp { source, color, attenuation, faded }
+    }
+
+    /// Where its light comes from; none if it has none.
+    pub(crate) fn whence(&self) -> Option<Whence<R>> {
+        match &self.source {
+            Source::Directional(toward) => Some(Whence::Toward(*toward)),
+            Source::Positional { position, .. } => Some(Whence::At(*position)),
+            Source::Dark => None,
+        }
     }
 
     /// The way from a point to the light, `None` where there is no light for sure.

@@ -27,11 +27,13 @@ pub enum Part {
     Blockers,
     /// How light fades with distance, where it does not.
     Fading,
+    /// Planes in that search that the light comes from in front of.
+    Obstacles,
 }
 
 impl Part {
     /// All parts.
-    pub const ALL: [Part; 7] = [
+    pub const ALL: [Part; 8] = [
         Part::Coordinates,
         Part::Eye,
         Part::Turns,
@@ -39,12 +41,13 @@ impl Part {
         Part::Shadows,
         Part::Blockers,
         Part::Fading,
+        Part::Obstacles,
     ];
 }
 
 /// The parts that may be left out where a scene does without them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Omissions(u8);
+pub struct Omissions(u16);
 
 impl Omissions {
     /// None may: everything is computed.

@@ -17,6 +17,7 @@ use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::ShapeKind;
+use crate::obstacles::Obstacles;
 use crate::plan::Part;
 use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
 use crate::scene::Scene;
@@ -85,6 +86,8 @@ pub(crate) struct Shader<'s, R, E> {
     scene: &'s Scene<R>,
     illumination: &'s Illumination,
     lamps: Vec<Lamp<R>>,
+    /// For each lamp, what may be in its way.
+    obstacles: Vec<Obstacles>,
     /// For each lamp, the component that was found last to be in its way.
     blockers: Vec<Option<u32>>,
     ambient: Vec3<R>,
@@ -160,6 +163,9 @@ struct Bounce<R> {
     factor: Vec3<R>,
 }
 
+/// What a point of a path shows, and the reflected ray, unless that cannot matter.
+type Bounced<R> = (Bounce<R>, Option<Ray<R>>);
+
 /// The point that a ray has met.
 struct Hit<R> {
     on: On<R>,
@@ -216,11 +222,13 @@ impl<R: Real> LocateBounded for Place<R> {
 impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     pub(crate) fn new(scene: &'s Scene<R>, illumination: &'s Illumination, surfaces: E) -> Self {
         let lamp = |light| Lamp::new(light, illumination.attenuation, scene.omissions);
+        let lamps: Vec<Lamp<R>> = illumination.lights.iter().map(lamp).collect();
         Shader {
             scene,
             illumination,
-            lamps: illumination.lights.iter().map(lamp).collect(),
-            blockers: vec![None; illumination.lights.len()],
+            obstacles: lamps.iter().map(|lamp| Obstacles::new(scene, lamp.whence())).collect(),
+            blockers: vec![None; lamps.len()],
+            lamps,
             ambient: Vec3::from_dvec3(illumination.ambient),
             surfaces,
             workspace: Workspace::new(scene),
@@ -317,7 +325,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         &mut self,
         ray: &Ray<R>,
         crossing: Crossing<R>,
-    ) -> Result<(Bounce<R>, Option<Ray<R>>), E::Error> {
+    ) -> Result<Bounced<R>, E::Error> {
         let dir = ray.dir.normalized().unwrap_or(Vec3::ZERO);
         let (hit, at) = self.hit(ray, dir, crossing);
         self.notice(Doubt::Boundary);
@@ -454,6 +462,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         (diffuse, specular)
     }
 
+    #[inline(always)]
     fn is_in_shadow(&mut self, hit: &Hit<R>, lamp: usize, way: &Way<R>) -> bool {
         self.counts.shadow += 1;
         let ray =
@@ -462,7 +471,9 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             self.blockers[lamp] = None;
         }
         let blocker = &mut self.blockers[lamp];
-        let is_blocked = self.scene.is_blocked(&ray, way.shadow_end, blocker, &mut self.workspace);
+        let obstacles = self.obstacles[lamp].for_point_of(hit.point.max_norm().to_f64());
+        let (end, workspace) = (way.shadow_end, &mut self.workspace);
+        let is_blocked = self.scene.is_blocked(&ray, end, obstacles, blocker, workspace);
         self.counts.blocked += u64::from(is_blocked);
         is_blocked
     }

@@ -272,43 +272,63 @@ impl<R: Real> Scene<R> {
         Reach { ray, line: Line::new(ray, self.conditioning, self.extent) }
     }
 
-    /// Whether anything is met before `t_end` (anywhere, if none). The component `blocker` is tried
-    /// first, and becomes the one that was found to be met, if any.
+    /// Whether anything is met before `t_end` (anywhere, if none), of unbounded components only one of
+    /// the `obstacles` if there are any such. The component `blocker` is tried first, and becomes the one
+    /// that was found to be met, if any.
+    #[inline(always)]
     pub(crate) fn is_blocked(
         &self,
         ray: &Ray<R>,
         t_end: Option<R>,
+        obstacles: Option<&[u32]>,
         blocker: &mut Option<u32>,
         workspace: &mut Workspace<R>,
     ) -> bool {
-        let reach = self.reach(ray);
-        let is_before = |crossing: Crossing<R>| {
-            let Some(end) = t_end else { return true };
-            let distance = end - crossing.t;
-            reach.is_plainly_beyond(distance, crossing.t)
-                || distance.exceeds(self.tolerance(&crossing, ray))
-        };
         if ray.medium != Medium::Outside {
-            return self.first_hit(ray, workspace).is_some_and(is_before);
+            return self.is_blocked_inside(ray, t_end, workspace);
         }
-        let t_end = t_end.map_or(f64::INFINITY, |end| reach.line.end_of_ties(end));
+        let reach = self.reach(ray);
+        let end_of_ties = t_end.map_or(f64::INFINITY, |end| reach.line.end_of_ties(end));
         let Workspace { tree, pending, .. } = workspace;
         let mut is_blocker = |index| {
-            let crossing = self.entry::<true>(index, &reach, t_end, tree);
-            crossing.continue_value().flatten().is_some_and(is_before)
+            let crossing = self.entry::<true>(index, &reach, end_of_ties, tree);
+            let crossing = crossing.continue_value().flatten();
+            crossing.is_some_and(|crossing| self.is_before(t_end, &crossing, &reach))
         };
         if blocker.is_some_and(&mut is_blocker) {
             return true;
         }
         let tried = blocker.take();
-        let visited = self.hierarchy.visit(&reach.line, t_end, pending, |index, _| {
+        let unbounded = obstacles.unwrap_or(self.hierarchy.unbounded());
+        let visit = |index, _: &mut f64| {
             if tried != Some(index) && is_blocker(index) {
                 *blocker = Some(index);
                 return ControlFlow::Break(());
             }
             ControlFlow::Continue(())
-        });
-        visited.is_break()
+        };
+        self.hierarchy.visit_with(unbounded, &reach.line, end_of_ties, pending, visit).is_break()
+    }
+
+    /// The same for rays that may start inside a solid.
+    #[cold]
+    fn is_blocked_inside(
+        &self,
+        ray: &Ray<R>,
+        t_end: Option<R>,
+        workspace: &mut Workspace<R>,
+    ) -> bool {
+        let crossing = self.first_hit(ray, workspace);
+        crossing.is_some_and(|crossing| self.is_before(t_end, &crossing, &self.reach(ray)))
+    }
+
+    /// Whether a crossing lies before `t_end` by more than its tolerance.
+    #[inline(always)]
+    fn is_before(&self, t_end: Option<R>, crossing: &Crossing<R>, reach: &Reach<'_, R>) -> bool {
+        let Some(end) = t_end else { return true };
+        let distance = end - crossing.t;
+        reach.is_plainly_beyond(distance, crossing.t)
+            || distance.exceeds(self.tolerance(crossing, reach.ray))
     }
 
     /// The first boundary of a component ahead, if it does not lie behind `t_end`; breaks if the component

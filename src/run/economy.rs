@@ -139,6 +139,8 @@ fn what(part: Part, traced: &Traced, rays: &RayCounts) -> Option<(&'static str, 
             let n_constant = used.lights - used.directional - used.fading;
             ("leaving out constant fading", n_constant as u64, "lights")
         }
+        Part::Obstacles if used.lights == 0 => return None,
+        Part::Obstacles => ("planes behind lamps", used.planes as u64, "planes"),
     };
     (amount > 0).then(|| (name, format!("{} {unit}", grouped(amount))))
 }
