@@ -65,26 +65,35 @@ pub(crate) struct Grid<R> {
     height: f64,
 }
 
-impl<R: Real> Grid<R> {
-    /// The ray from the eye through the centre of a cell.
-    #[inline]
-    pub(crate) fn centre_ray(&self, column: u32, row: u32) -> Ray<R> {
-        self.ray(2 * u64::from(column) + 1, 2 * u64::from(row) + 1)
-    }
+/// A point of an image plane, in halves of a cell from its upper left corner.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ImagePoint {
+    /// To the right.
+    pub(crate) right: u64,
+    /// Down.
+    pub(crate) below: u64,
+}
 
-    /// The ray from the eye through a point so many halves of a cell to the right of the upper left
-    /// corner of the image, and below it.
-    #[inline]
-    pub(crate) fn ray(&self, right: u64, below: u64) -> Ray<R> {
-        let dir = self.direction(right, below);
+impl ImagePoint {
+    /// The centre of a cell.
+    pub(crate) fn centre(column: u32, row: u32) -> Self {
+        ImagePoint { right: 2 * u64::from(column) + 1, below: 2 * u64::from(row) + 1 }
+    }
+}
+
+impl<R: Real> Grid<R> {
+    /// The ray from the eye through a point.
+    #[inline(always)]
+    pub(crate) fn ray(&self, through: ImagePoint) -> Ray<R> {
+        let dir = self.direction(through);
         Ray { origin: eye(), dir, on: None, medium: Medium::Unknown }
     }
 
     /// From the eye to such a point, not of unit length: (x, y, 1).
     ///
     /// The integer factors make the directions to mirrored points mirror images to the last bit.
-    #[inline]
-    fn direction(&self, right: u64, below: u64) -> Vec3<R> {
+    #[inline(always)]
+    fn direction(&self, ImagePoint { right, below }: ImagePoint) -> Vec3<R> {
         let (across, up) = (right as f64 - self.width, self.height - below as f64);
         Vec3::new(R::from_f64(across) * self.half_cell, R::from_f64(up) * self.half_cell, R::ONE)
     }
@@ -99,8 +108,8 @@ mod tests {
         let view = View::whole(4, 2, 90.0);
         let grid = view.grid::<f64>(1);
         assert_eq!(grid.half_cell, 0.25);
-        assert_eq!(grid.centre_ray(0, 0).dir, Vec3::new(-0.75, 0.25, 1.0));
-        assert_eq!(grid.centre_ray(3, 1).dir, Vec3::new(0.75, -0.25, 1.0));
+        assert_eq!(grid.direction(ImagePoint::centre(0, 0)), Vec3::new(-0.75, 0.25, 1.0));
+        assert_eq!(grid.direction(ImagePoint::centre(3, 1)), Vec3::new(0.75, -0.25, 1.0));
     }
 
     #[test]
@@ -108,8 +117,8 @@ mod tests {
         let (view, larger) = (View::whole(5, 3, 53.7), View::whole(35, 21, 53.7));
         let (cells, pixels) = (view.grid::<f64>(7), larger.grid::<f64>(1));
         for (column, row) in [(0, 0), (34, 20), (17, 3)] {
-            let (cell, pixel) = (cells.centre_ray(column, row), pixels.centre_ray(column, row));
-            assert_eq!(cell.dir, pixel.dir);
+            let centre = ImagePoint::centre(column, row);
+            assert_eq!(cells.direction(centre), pixels.direction(centre));
         }
     }
 
@@ -121,8 +130,9 @@ mod tests {
             let (width, height) = (2 * 47 * u64::from(n), 2 * 31 * u64::from(n));
             for right in 0..=width {
                 for below in 0..=height {
-                    let here = grid.direction(right, below);
-                    let there = grid.direction(width - right, height - below);
+                    let mirrored = ImagePoint { right: width - right, below: height - below };
+                    let here = grid.direction(ImagePoint { right, below });
+                    let there = grid.direction(mirrored);
                     assert_eq!((here.x, here.y), (-there.x, -there.y));
                 }
             }

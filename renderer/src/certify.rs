@@ -4,7 +4,7 @@
 //! again in balls of double-double; and where they leave it open too, which takes an exact tie, or
 //! something very near to one, the rules for ties decide, and the pixel is said to hang on them.
 
-use crate::camera::View;
+use crate::camera::{ImagePoint, View};
 use crate::image::{Image, Pixel};
 use crate::numeric::ball::Ball;
 use crate::numeric::dd::Dd;
@@ -90,13 +90,13 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     };
     let (found, workers) = pixels(view, 1, make, progress, |worker, column, row| {
         let Worker { quick, exact } = worker;
-        let light = quick.radiance(quick_grid.centre_ray(column, row));
+        let light = quick.radiance(&quick_grid, ImagePoint::centre(column, row));
         if let Ok(light) = light
             && let (pixel, None) = certain::<_, _, P>(quick, light)
         {
             return Ok((pixel, Certainty::Double));
         }
-        let light = exact.radiance(exact_grid.centre_ray(column, row))?;
+        let light = exact.radiance(&exact_grid, ImagePoint::centre(column, row))?;
         let (pixel, doubt) = certain(exact, light);
         Ok((pixel, doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
     })?;

@@ -5,8 +5,6 @@
 //! one node here, whose four boxes are tested at once (Dammertz, Hanika and Keller, "Shallow Bounding
 //! Volume Hierarchies", 2008). Boxes are stored in single precision, rounded outward.
 
-use std::ops::ControlFlow;
-
 use crate::bounds::Bounds;
 use crate::ray::{Boxes, Line};
 
@@ -77,63 +75,71 @@ impl Hierarchy {
         &self.unbounded
     }
 
-    /// Visits the items whose boxes a ray meets between its origin and `t_end`, roughly from near to
-    /// far, until `visit` breaks; `visit` may lower `t_end`.
+    /// Looks for the items whose boxes a ray meets.
     #[inline(always)]
-    pub(crate) fn visit<B>(
-        &self,
-        line: &Line,
-        t_end: f64,
-        pending: &mut Pending,
-        visit: impl FnMut(u32, &mut f64) -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
-        self.visit_with(&self.unbounded, line, t_end, pending, visit)
+    pub(crate) fn candidates<'h>(
+        &'h self,
+        line: &'h Line,
+        pending: &'h mut Pending,
+    ) -> Candidates<'h> {
+        pending.0[0] = (Child::Node(0), 0.0);
+        let n_pending = usize::from(!self.nodes.is_empty());
+        let (nodes, unbounded) = (&self.nodes[..], self.unbounded.iter());
+        Candidates { nodes, unbounded, line, pending: &mut pending.0, n_pending }
     }
+}
 
+/// The items of a hierarchy that a ray may meet, roughly from near to far after those without finite
+/// bounds.
+pub(crate) struct Candidates<'h> {
+    nodes: &'h [Node],
+    unbounded: std::slice::Iter<'h, u32>,
+    line: &'h Line,
+    pending: &'h mut [(Child, f64)],
+    n_pending: usize,
+}
+
+impl<'h> Candidates<'h> {
     /// The same, but with only these of the items without finite bounds.
     #[inline(always)]
-    pub(crate) fn visit_with<B>(
-        &self,
-        unbounded: &[u32],
-        line: &Line,
-        t_end: f64,
-        Pending(pending): &mut Pending,
-        mut visit: impl FnMut(u32, &mut f64) -> ControlFlow<B>,
-    ) -> ControlFlow<B> {
-        let mut t_end = t_end;
-        let mut unbounded = unbounded.iter();
-        let mut n_pending = usize::from(!self.nodes.is_empty());
-        pending[0] = (Child::Node(0), 0.0);
-        loop {
-            let child = if let Some(&item) = unbounded.next() {
-                Child::Item(item)
-            } else if n_pending > 0 {
-                n_pending -= 1;
-                let (child, t) = pending[n_pending];
-                if t <= t_end { child } else { Child::Nothing }
-            } else {
-                return ControlFlow::Continue(());
-            };
-            match child {
-                Child::Item(item) => visit(item, &mut t_end)?,
-                Child::Node(index) => {
-                    let node = &self.nodes[index as usize];
-                    let (enter, mut met) = line.enters(&node.boxes, t_end);
-                    let first = n_pending;
-                    while met != 0 {
-                        let side = met.trailing_zeros() as usize;
-                        met &= met - 1;
-                        let mut place = n_pending;
-                        while place > first && pending[place - 1].1 < enter[side] {
-                            pending[place] = pending[place - 1];
-                            place -= 1;
-                        }
-                        pending[place] = (node.children[side], enter[side]);
-                        n_pending += 1;
-                    }
-                }
-                Child::Nothing => {}
+    pub(crate) fn with_unbounded(self, unbounded: &'h [u32]) -> Self {
+        Candidates { unbounded: unbounded.iter(), ..self }
+    }
+
+    /// The next item whose box the ray meets between its origin and `t_end`, which may become less
+    /// from call to call.
+    #[inline(always)]
+    pub(crate) fn next(&mut self, t_end: f64) -> Option<u32> {
+        if let Some(&item) = self.unbounded.next() {
+            return Some(item);
+        }
+        while self.n_pending > 0 {
+            self.n_pending -= 1;
+            match self.pending[self.n_pending] {
+                (_, t) if t > t_end => {}
+                (Child::Item(item), _) => return Some(item),
+                (Child::Node(index), _) => self.open(&self.nodes[index as usize], t_end),
+                (Child::Nothing, _) => {}
             }
+        }
+        None
+    }
+
+    /// Puts the children of a node whose boxes are met on the stack, the nearest last.
+    #[inline(always)]
+    fn open(&mut self, node: &Node, t_end: f64) {
+        let (enter, mut met) = self.line.enters(&node.boxes, t_end);
+        let first = self.n_pending;
+        while met != 0 {
+            let side = met.trailing_zeros() as usize;
+            met &= met - 1;
+            let mut place = self.n_pending;
+            while place > first && self.pending[place - 1].1 < enter[side] {
+                self.pending[place] = self.pending[place - 1];
+                place -= 1;
+            }
+            self.pending[place] = (node.children[side], enter[side]);
+            self.n_pending += 1;
         }
     }
 }

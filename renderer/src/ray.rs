@@ -173,12 +173,12 @@ fn spread<R: Real>(ray: &Ray<R>, reach: f64) -> f64 {
 
 /// A ray, and how it is tested against boxes.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reach<'r, R> {
-    pub(crate) ray: &'r Ray<R>,
+pub(crate) struct Reach<R> {
+    pub(crate) ray: Ray<R>,
     pub(crate) line: Line,
 }
 
-impl<R: Real> Reach<'_, R> {
+impl<R: Real> Reach<R> {
     /// Whether a crossing at `t` lies ahead of the origin by more than its tolerance, whatever that
     /// is; none where it makes a difference.
     #[inline(always)]

@@ -5,7 +5,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::camera::View;
+use crate::camera::{ImagePoint, View};
 use crate::image::{Image, Pixel};
 use crate::numeric::real::Real;
 use crate::scene::Scene;
@@ -41,7 +41,7 @@ pub fn render<R: Real, E: SurfaceEval + Send, P: Pixel>(
     let grid = view.grid(1);
     let make = || Shader::new(scene, illumination, worker());
     let (pixels, shaders) = pixels(view, 1, make, progress, |shader, column, row| {
-        let light = shader.radiance(grid.centre_ray(column, row))?;
+        let light = shader.radiance(&grid, ImagePoint::centre(column, row))?;
         Ok(P::from_linear(light.map(R::to_f64).into()))
     })?;
     let counts = shaders.iter().map(|shader| shader.counts).sum();

@@ -11,7 +11,7 @@
 //! its colour is their mean; elsewhere it is that of its quarters. What is so small that it lies
 //! between the corners of a pixel is not found.
 
-use crate::camera::{Grid, View};
+use crate::camera::{Grid, ImagePoint, View};
 use crate::image::{Image, Pixel};
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
@@ -108,7 +108,8 @@ fn cells<R: Real, E: SurfaceEval, P: Pixel>(
     for (below, sum) in (0..n).zip(&mut rows) {
         let mut cells = [[Dd::ZERO; 3]; Sampling::MAX_GRID as usize];
         for (right, cell) in (0..n).zip(&mut cells) {
-            let light = shader.radiance(grid.ray(left + middle(right), top + middle(below)))?;
+            let centre = ImagePoint { right: left + middle(right), below: top + middle(below) };
+            let light = shader.radiance(grid, centre)?;
             *cell = shown::<R, P>(light).map(Dd::from);
         }
         *sum = folded_sum(&cells[..n as usize]);
@@ -280,13 +281,13 @@ impl<'s, R: Real, E: SurfaceEval> Dividing<'s, R, E> {
         let place = |pixel: u32, within: u32| {
             2 * (u64::from(pixel) * u64::from(self.size) + u64::from(within))
         };
-        let ray = self.grid.ray(place(column, right), place(row, below));
+        let at = ImagePoint { right: place(column, right), below: place(row, below) };
         // Only the smallest squares have corners at odd places.
         let is_compared = right % 2 == 0 && below % 2 == 0;
         let (light, signature) = if is_compared {
-            self.shader.signed_radiance(ray)?
+            self.shader.signed_radiance(&self.grid, at)?
         } else {
-            (self.shader.radiance(ray)?, Signature::NONE)
+            (self.shader.radiance(&self.grid, at)?, Signature::NONE)
         };
         Ok(Sample { color: shown::<R, P>(light), signature })
     }

@@ -12,6 +12,7 @@
 
 use glam::DVec3;
 
+use crate::camera::{Grid, ImagePoint};
 use crate::light::{Attenuation, Lamp, Light, Way};
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
@@ -259,20 +260,26 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         self.gives_up && self.doubt.is_some()
     }
 
-    /// The light that arrives along a ray from the eye; black where it meets nothing.
-    #[inline(always)]
-    pub(crate) fn radiance(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
-        self.follow::<false>(ray)
+    /// The light that arrives at the eye from a point of the image plane; black where there is nothing.
+    #[inline(never)]
+    pub(crate) fn radiance(
+        &mut self,
+        grid: &Grid<R>,
+        from: ImagePoint,
+    ) -> Result<Vec3<R>, E::Error> {
+        self.follow::<false>(grid.ray(from))
     }
 
     /// The same, and what was decided on the way: which faces were met, which lamps reach them, and
     /// what their surface functions have decided.
+    #[inline(never)]
     pub(crate) fn signed_radiance(
         &mut self,
-        ray: Ray<R>,
+        grid: &Grid<R>,
+        from: ImagePoint,
     ) -> Result<(Vec3<R>, Signature), E::Error> {
         self.signature = Signature::NONE;
-        let light = self.follow::<true>(ray)?;
+        let light = self.follow::<true>(grid.ray(from))?;
         Ok((light, self.signature))
     }
 

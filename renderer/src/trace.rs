@@ -5,7 +5,6 @@
 //! the medium that it starts in. Crossings that rounding cannot tell apart form one group (a tie),
 //! whose changes take effect together, so that skins of no thickness vanish.
 
-use std::convert::Infallible;
 use std::ops::ControlFlow;
 
 use crate::hierarchy::Pending;
@@ -111,9 +110,9 @@ impl<R: Real> Scene<R> {
 
     /// How far `t` of a crossing may be off.
     #[cold]
-    fn tolerance(&self, crossing: &Crossing<R>, ray: &Ray<R>) -> f64 {
+    fn tolerance(&self, crossing: Crossing<R>, ray: Ray<R>) -> f64 {
         let leaf = &self.leaves[crossing.leaf as usize];
-        let local = self.local_ray(crossing.leaf, ray);
+        let local = self.local_ray(crossing.leaf, &ray);
         let t = crossing.t.to_f64().abs();
         let is_exact = local.is_on(crossing.root.face) && crossing.t.is_surely_zero();
         // An infinite end is no crossing, and ties with nothing.
@@ -121,20 +120,20 @@ impl<R: Real> Scene<R> {
             return 0.0;
         }
         // What rounding may have moved the origin by, in lengths of the direction.
-        let reach = leaf.origin_size(ray) / local.dir.max_norm().to_f64();
+        let reach = leaf.origin_size(&ray) / local.dir.max_norm().to_f64();
         TIE_ROUNDINGS * R::UNIT_ROUNDOFF * (t + reach)
     }
 
     /// Whether a crossing lies ahead of the ray's origin by more than its tolerance.
     #[inline(always)]
-    pub(crate) fn is_ahead(&self, crossing: &Crossing<R>, reach: &Reach<'_, R>) -> bool {
-        let compare = || crossing.t.exceeds(self.tolerance(crossing, reach.ray));
+    pub(crate) fn is_ahead(&self, crossing: &Crossing<R>, reach: &Reach<R>) -> bool {
+        let compare = || crossing.t.exceeds(self.tolerance(*crossing, reach.ray));
         reach.is_plainly_ahead(crossing.t).unwrap_or_else(compare)
     }
 
     /// Whether the ray's origin is inside a leaf's span, or enters it at once.
     #[inline(always)]
-    pub(crate) fn is_inside(&self, span: &LeafSpan<R>, reach: &Reach<'_, R>) -> bool {
+    pub(crate) fn is_inside(&self, span: &LeafSpan<R>, reach: &Reach<R>) -> bool {
         !self.is_ahead(&span.enter, reach) && self.is_ahead(&span.exit, reach)
     }
 
@@ -145,11 +144,11 @@ impl<R: Real> Scene<R> {
     fn leaf_entry<const OUTSIDE: bool>(
         &self,
         index: u32,
-        reach: &Reach<'_, R>,
+        reach: &Reach<R>,
         t_end: f64,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         let leaf = &self.leaves[index as usize];
-        let ray = reach.ray;
+        let ray = &reach.ray;
         if self.omissions.holds(Part::Planes) && leaf.is_surely_missed::<OUTSIDE>(index, ray, t_end)
         {
             return ControlFlow::Continue(None);
@@ -175,14 +174,14 @@ impl<R: Real> Scene<R> {
     /// Whether two crossings, the second of which is not the nearer, cannot be told apart or are of one
     /// and the same surface.
     #[inline(always)]
-    pub(crate) fn is_tie(&self, a: &Crossing<R>, b: &Crossing<R>, reach: &Reach<'_, R>) -> bool {
+    pub(crate) fn is_tie(&self, a: &Crossing<R>, b: &Crossing<R>, reach: &Reach<R>) -> bool {
         let is_plainly_behind = b.t.to_f64() - b.t.radius() > reach.line.end_of_ties(a.t);
-        !is_plainly_behind && self.are_one(a, b, reach.ray)
+        !is_plainly_behind && self.are_one(*a, *b, reach.ray)
     }
 
     /// The same by their own tolerances.
     #[cold]
-    fn are_one(&self, a: &Crossing<R>, b: &Crossing<R>, ray: &Ray<R>) -> bool {
+    fn are_one(&self, a: Crossing<R>, b: Crossing<R>, ray: Ray<R>) -> bool {
         // Numbers that keep account of their errors may not know that such roots are the same.
         let is_same = || {
             let [of_a, of_b] =
@@ -192,6 +191,12 @@ impl<R: Real> Scene<R> {
         };
         let tolerance = |crossing| self.tolerance(crossing, ray);
         R::KEEPS_ACCOUNT && is_same() || (a.t - b.t).vanishes(tolerance(a) + tolerance(b))
+    }
+
+    /// A ray, to be tested against boxes.
+    #[inline(always)]
+    fn reach(&self, ray: &Ray<R>) -> Reach<R> {
+        Reach { ray: *ray, line: Line::new(ray, self.conditioning, self.extent) }
     }
 
     /// The first boundary ahead of the ray's origin. Of those that tie with the first, the one of
@@ -210,7 +215,7 @@ impl<R: Real> Scene<R> {
         };
         match entry {
             ControlFlow::Continue(crossing) => crossing,
-            ControlFlow::Break(()) => self.first_exit(&reach, workspace),
+            ControlFlow::Break(()) => self.first_exit(reach, workspace),
         }
     }
 
@@ -218,24 +223,25 @@ impl<R: Real> Scene<R> {
     #[inline(always)]
     fn first_entry<const OUTSIDE: bool>(
         &self,
-        reach: &Reach<'_, R>,
+        reach: &Reach<R>,
         workspace: &mut Workspace<R>,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         let Workspace { tree, pending, crossings: others } = workspace;
         others.clear();
         let mut first: Option<Crossing<R>> = None;
-        let mut first_index = 0;
-        self.hierarchy.visit(&reach.line, f64::INFINITY, pending, |index, t_end| {
-            let Some(crossing) = self.entry::<OUTSIDE>(index, reach, *t_end, tree)? else {
-                return ControlFlow::Continue(());
+        let (mut first_index, mut t_end) = (0, f64::INFINITY);
+        let mut candidates = self.hierarchy.candidates(&reach.line, pending);
+        while let Some(index) = candidates.next(t_end) {
+            let Some(crossing) = self.entry::<OUTSIDE>(index, reach, t_end, tree)? else {
+                continue;
             };
             // Which of two that tie is called the first makes no difference.
             if first.is_some_and(|first| crossing.t.total_cmp(&first.t).is_ge()) {
                 others.push((index, crossing));
-                return ControlFlow::Continue(());
+                continue;
             }
-            *t_end = reach.line.end_of_ties(crossing.t);
-            let may_tie = |other: &Crossing<R>| other.t.to_f64() - other.t.radius() <= *t_end;
+            t_end = reach.line.end_of_ties(crossing.t);
+            let may_tie = |other: &Crossing<R>| other.t.to_f64() - other.t.radius() <= t_end;
             if !others.is_empty() {
                 others.retain(|(_, other)| may_tie(other));
             }
@@ -243,12 +249,11 @@ impl<R: Real> Scene<R> {
                 others.push((first_index, other));
             }
             (first, first_index) = (Some(crossing), index);
-            ControlFlow::Continue(())
-        })?;
+        }
         if !others.is_empty()
-            && let Some(nearest) = &first
+            && let Some(nearest) = first
         {
-            first = Some(self.last_tied(first_index, nearest, others, reach));
+            first = Some(self.last_tied(first_index, nearest, others, *reach));
         }
         ControlFlow::Continue(first)
     }
@@ -258,18 +263,13 @@ impl<R: Real> Scene<R> {
     fn last_tied(
         &self,
         index: u32,
-        first: &Crossing<R>,
+        first: Crossing<R>,
         others: &[(u32, Crossing<R>)],
-        reach: &Reach<'_, R>,
+        reach: Reach<R>,
     ) -> Crossing<R> {
-        let ties = others.iter().filter(|(_, other)| self.is_tie(first, other, reach));
+        let ties = others.iter().filter(|(_, other)| self.is_tie(&first, other, &reach));
         let last = ties.max_by_key(|(other, _)| *other).filter(|(other, _)| *other > index);
-        last.map_or(*first, |(_, last)| *last)
-    }
-
-    #[inline(always)]
-    fn reach<'r>(&self, ray: &'r Ray<R>) -> Reach<'r, R> {
-        Reach { ray, line: Line::new(ray, self.conditioning, self.extent) }
+        last.map_or(first, |(_, last)| *last)
     }
 
     /// Whether anything is met before `t_end` (anywhere, if none), of unbounded components only one of
@@ -285,114 +285,126 @@ impl<R: Real> Scene<R> {
         workspace: &mut Workspace<R>,
     ) -> bool {
         if ray.medium != Medium::Outside {
-            return self.is_blocked_inside(ray, t_end, workspace);
+            return self.is_blocked_inside(*ray, t_end, workspace);
         }
         let reach = self.reach(ray);
         let end_of_ties = t_end.map_or(f64::INFINITY, |end| reach.line.end_of_ties(end));
         let Workspace { tree, pending, .. } = workspace;
-        let mut is_blocker = |index| {
+        let unbounded = obstacles.unwrap_or(self.hierarchy.unbounded());
+        let candidates = self.hierarchy.candidates(&reach.line, pending);
+        let mut candidates = candidates.with_unbounded(unbounded);
+        let (tried, mut is_tried) = (blocker.take(), false);
+        loop {
+            let index = match tried {
+                Some(index) if !is_tried => index,
+                _ => match candidates.next(end_of_ties) {
+                    Some(index) if tried == Some(index) => continue,
+                    Some(index) => index,
+                    None => return false,
+                },
+            };
+            is_tried = true;
             let crossing = self.entry::<true>(index, &reach, end_of_ties, tree);
             let crossing = crossing.continue_value().flatten();
-            crossing.is_some_and(|crossing| self.is_before(t_end, &crossing, &reach))
-        };
-        if blocker.is_some_and(&mut is_blocker) {
-            return true;
-        }
-        let tried = blocker.take();
-        let unbounded = obstacles.unwrap_or(self.hierarchy.unbounded());
-        let visit = |index, _: &mut f64| {
-            if tried != Some(index) && is_blocker(index) {
+            if crossing.is_some_and(|crossing| self.is_before(t_end, &crossing, &reach)) {
                 *blocker = Some(index);
-                return ControlFlow::Break(());
+                return true;
             }
-            ControlFlow::Continue(())
-        };
-        self.hierarchy.visit_with(unbounded, &reach.line, end_of_ties, pending, visit).is_break()
+        }
     }
 
     /// The same for rays that may start inside a solid.
     #[cold]
     fn is_blocked_inside(
         &self,
-        ray: &Ray<R>,
+        ray: Ray<R>,
         t_end: Option<R>,
         workspace: &mut Workspace<R>,
     ) -> bool {
-        let crossing = self.first_hit(ray, workspace);
-        crossing.is_some_and(|crossing| self.is_before(t_end, &crossing, &self.reach(ray)))
+        let crossing = self.first_hit(&ray, workspace);
+        crossing.is_some_and(|crossing| self.is_before(t_end, &crossing, &self.reach(&ray)))
     }
 
     /// Whether a crossing lies before `t_end` by more than its tolerance.
     #[inline(always)]
-    fn is_before(&self, t_end: Option<R>, crossing: &Crossing<R>, reach: &Reach<'_, R>) -> bool {
+    fn is_before(&self, t_end: Option<R>, crossing: &Crossing<R>, reach: &Reach<R>) -> bool {
         let Some(end) = t_end else { return true };
         let distance = end - crossing.t;
         reach.is_plainly_beyond(distance, crossing.t)
-            || distance.exceeds(self.tolerance(crossing, reach.ray))
+            || distance.exceeds(self.tolerance(*crossing, reach.ray))
     }
 
-    /// The first boundary of a component ahead, if it does not lie behind `t_end`; breaks if the component
-    /// holds the ray's origin. For rays that are known to start `OUTSIDE` nothing holds it, whatever
-    /// rounding says, and only entries count.
+    /// The first boundary of a component ahead, if it does not lie behind `t_end`; breaks if the
+    /// component holds the ray's origin. For rays that are known to start `OUTSIDE` nothing holds it,
+    /// whatever rounding says, and only entries count.
     #[inline(always)]
     fn entry<const OUTSIDE: bool>(
         &self,
         index: u32,
-        reach: &Reach<'_, R>,
+        reach: &Reach<R>,
         t_end: f64,
         workspace: &mut tree::Workspace<R>,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         match self.components[index as usize] {
             Component::Leaf(leaf) => self.leaf_entry::<OUTSIDE>(leaf, reach, t_end),
             Component::Tree { root, hierarchy } => {
-                let mut first = None;
-                let is_inside = self.sweep(root, hierarchy, reach, t_end, workspace, |crossing| {
-                    let counts = crossing.entering || !OUTSIDE;
-                    if counts {
-                        first = Some(crossing);
-                    }
-                    counts
-                });
-                if is_inside && !OUTSIDE {
-                    return ControlFlow::Break(());
-                }
-                ControlFlow::Continue(first)
+                self.tree_entry::<OUTSIDE>(root, hierarchy, *reach, t_end, workspace)
             }
         }
     }
 
+    /// The same for a tree by its root node and the index of its hierarchy.
+    #[inline(never)]
+    fn tree_entry<const OUTSIDE: bool>(
+        &self,
+        root: u32,
+        hierarchy: u32,
+        reach: Reach<R>,
+        t_end: f64,
+        workspace: &mut tree::Workspace<R>,
+    ) -> ControlFlow<(), Option<Crossing<R>>> {
+        let mut first = None;
+        let is_inside = self.sweep(root, hierarchy, &reach, t_end, workspace, |crossing| {
+            let counts = crossing.entering || !OUTSIDE;
+            if counts {
+                first = Some(crossing);
+            }
+            counts
+        });
+        if is_inside && !OUTSIDE {
+            return ControlFlow::Break(());
+        }
+        ControlFlow::Continue(first)
+    }
+
     /// For a ray that starts inside the union: where it leaves it. Boundaries between components
     /// that overlap or touch are none of the union.
-    fn first_exit(
-        &self,
-        reach: &Reach<'_, R>,
-        workspace: &mut Workspace<R>,
-    ) -> Option<Crossing<R>> {
+    #[inline(never)]
+    fn first_exit(&self, reach: Reach<R>, workspace: &mut Workspace<R>) -> Option<Crossing<R>> {
         let Workspace { tree, pending, crossings } = workspace;
         crossings.clear();
         let mut n_around: usize = 0;
-        let ControlFlow::Continue(()) =
-            self.hierarchy.visit(&reach.line, f64::INFINITY, pending, |index, _| {
-                n_around += usize::from(match self.components[index as usize] {
-                    Component::Leaf(leaf) => self.leaf_span(leaf, reach.ray).is_some_and(|span| {
-                        let is_met = |end: &Crossing<R>| {
-                            end.t.to_f64().is_finite() && self.is_ahead(end, reach)
-                        };
-                        let ends = [span.enter, span.exit].into_iter().filter(is_met);
-                        crossings.extend(ends.map(|end| (index, end)));
-                        self.is_inside(&span, reach)
-                    }),
-                    Component::Tree { root, hierarchy } => {
-                        self.sweep(root, hierarchy, reach, f64::INFINITY, tree, |crossing| {
-                            crossings.push((index, crossing));
-                            false
-                        })
-                    }
-                });
-                ControlFlow::<Infallible>::Continue(())
+        let mut candidates = self.hierarchy.candidates(&reach.line, pending);
+        while let Some(index) = candidates.next(f64::INFINITY) {
+            n_around += usize::from(match self.components[index as usize] {
+                Component::Leaf(leaf) => self.leaf_span(leaf, &reach.ray).is_some_and(|span| {
+                    let is_met = |end: &Crossing<R>| {
+                        end.t.to_f64().is_finite() && self.is_ahead(end, &reach)
+                    };
+                    let ends = [span.enter, span.exit].into_iter().filter(is_met);
+                    crossings.extend(ends.map(|end| (index, end)));
+                    self.is_inside(&span, &reach)
+                }),
+                Component::Tree { root, hierarchy } => {
+                    self.sweep(root, hierarchy, &reach, f64::INFINITY, tree, |crossing| {
+                        crossings.push((index, crossing));
+                        false
+                    })
+                }
             });
+        }
         crossings.sort_by(|(i, a), (j, b)| a.t.total_cmp(&b.t).then(i.cmp(j)));
-        let groups = crossings.chunk_by(|(_, a), (_, b)| self.is_tie(a, b, reach));
+        let groups = crossings.chunk_by(|(_, a), (_, b)| self.is_tie(a, b, &reach));
         for group in groups {
             let was_inside = n_around > 0;
             for (_, crossing) in group {

@@ -4,9 +4,6 @@
 //! spreads upward as far as it changes anything. All flips of a tie come before the root is looked
 //! at.
 
-use std::convert::Infallible;
-use std::ops::ControlFlow;
-
 use crate::hierarchy::Pending;
 use crate::numeric::real::Real;
 use crate::object::SetOp;
@@ -91,7 +88,7 @@ impl<R: Real> Scene<R> {
         &self,
         root: u32,
         hierarchy: u32,
-        reach: &Reach<'_, R>,
+        reach: &Reach<R>,
         t_end: f64,
         workspace: &mut Workspace<R>,
         mut visit: impl FnMut(Crossing<R>) -> bool,
@@ -102,15 +99,11 @@ impl<R: Real> Scene<R> {
         let mut crossings = std::mem::take(&mut workspace.crossings);
         leaves.clear();
         crossings.clear();
-        let ControlFlow::Continue(()) = self.trees[hierarchy as usize].visit(
-            &reach.line,
-            t_end,
-            &mut workspace.pending,
-            |leaf, _| {
-                leaves.push(leaf);
-                ControlFlow::<Infallible>::Continue(())
-            },
-        );
+        let hierarchy = &self.trees[hierarchy as usize];
+        let mut candidates = hierarchy.candidates(&reach.line, &mut workspace.pending);
+        while let Some(leaf) = candidates.next(t_end) {
+            leaves.push(leaf);
+        }
         // The first leaf's root of a shared surface counts.
         leaves.sort_unstable();
         for &leaf in &leaves {
@@ -138,11 +131,11 @@ impl<R: Real> Scene<R> {
     fn collect(
         &self,
         leaf: u32,
-        reach: &Reach<'_, R>,
+        reach: &Reach<R>,
         workspace: &mut Workspace<R>,
         crossings: &mut Vec<Crossing<R>>,
     ) {
-        let Some(mut span) = self.leaf_span(leaf, reach.ray) else { return };
+        let Some(mut span) = self.leaf_span(leaf, &reach.ray) else { return };
         for end in [&mut span.enter, &mut span.exit] {
             let surface = self.face_surface(&self.leaves[leaf as usize], end.root.face);
             if surface < self.n_shared && end.t.to_f64().is_finite() {

@@ -1,7 +1,5 @@
 //! A hierarchy against testing every box.
 
-use std::convert::Infallible;
-
 use glam::DVec3;
 
 use super::*;
@@ -51,12 +49,9 @@ fn hierarchy(boxes: &[Bounds]) -> Hierarchy {
 }
 
 fn visited(hierarchy: &Hierarchy, line: &Line, t_end: f64) -> Vec<u32> {
-    let mut items = Vec::new();
-    let ControlFlow::Continue(()) =
-        hierarchy.visit(line, t_end, &mut Pending::default(), |item, _| {
-            items.push(item);
-            ControlFlow::<Infallible>::Continue(())
-        });
+    let mut pending = Pending::default();
+    let mut candidates = hierarchy.candidates(line, &mut pending);
+    let mut items: Vec<u32> = std::iter::from_fn(|| candidates.next(t_end)).collect();
     items.sort_unstable();
     items
 }
@@ -99,17 +94,14 @@ fn the_nearest_is_found_without_visiting_what_is_behind_it() {
     for _ in 0..300 {
         let line = random.line();
         let expected = boxes.iter().filter_map(|bounds| enters(&line, bounds)).reduce(f64::min);
-        let mut nearest: Option<f64> = None;
-        let ControlFlow::Continue(()) =
-            hierarchy.visit(&line, f64::INFINITY, &mut Pending::default(), |item, t_end| {
-                n_nearest += 1;
-                if let Some(t) = enters(&line, &boxes[item as usize]) {
-                    nearest = Some(nearest.map_or(t, |nearest| nearest.min(t)));
-                    *t_end = t_end.min(t);
-                }
-                ControlFlow::<Infallible>::Continue(())
-            });
-        assert_eq!(nearest, expected);
+        let mut nearest = f64::INFINITY;
+        let mut pending = Pending::default();
+        let mut candidates = hierarchy.candidates(&line, &mut pending);
+        while let Some(item) = candidates.next(nearest) {
+            n_nearest += 1;
+            nearest = enters(&line, &boxes[item as usize]).map_or(nearest, |t| nearest.min(t));
+        }
+        assert_eq!(nearest, expected.unwrap_or(f64::INFINITY));
         n_all += visited(&hierarchy, &line, f64::INFINITY).len();
     }
     assert!(n_nearest * 3 < n_all * 2, "{n_nearest} of {n_all}");
@@ -125,18 +117,6 @@ fn boxes_are_rounded_outward() {
             assert!(hi >= bounds.hi[axis] && hi - bounds.hi[axis] < 1e-5, "{bounds:?}");
         }
     }
-}
-
-#[test]
-fn a_visit_ends_when_told_to() {
-    let hierarchy = hierarchy(&Random(3).boxes(1000));
-    let line = Random(4).line();
-    let mut n_visits = 0;
-    let ended = hierarchy.visit(&line, f64::INFINITY, &mut Pending::default(), |_, _| {
-        n_visits += 1;
-        ControlFlow::Break(())
-    });
-    assert!(ended.is_break() && n_visits == 1);
 }
 
 #[test]

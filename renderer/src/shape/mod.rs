@@ -155,9 +155,12 @@ pub(crate) fn normal<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> Vec3<R> 
         Form::Plane { axis, offset } => {
             // The lower bound of an axis faces down, but for the half-space y <= 0.
             let up = offset > 0.0 || kind == ShapeKind::Plane;
-            let mut normal = [R::ZERO; 3];
-            normal[axis] = if up { R::ONE } else { -R::ONE };
-            Vec3::new(normal[0], normal[1], normal[2])
+            let along = |other| match (axis == other, up) {
+                (false, _) => R::ZERO,
+                (true, true) => R::ONE,
+                (true, false) => -R::ONE,
+            };
+            Vec3::new(along(0), along(1), along(2))
         }
     }
 }

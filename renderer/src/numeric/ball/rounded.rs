@@ -161,6 +161,7 @@ impl Dd {
     }
 }
 
+// Whole, these are too long to stand wherever the tracer uses them.
 impl Bounding for Dd {
     #[inline]
     fn sum(a: Dd, b: Dd) -> Rounded<Dd> {
@@ -170,14 +171,14 @@ impl Bounding for Dd {
         (sum, if is_exact { 0.0 } else { DD_ERROR * sum.size() })
     }
 
-    #[inline]
+    #[inline(never)]
     fn product(a: Dd, b: Dd) -> Rounded<Dd> {
         let product = a * b;
         let is_exact = a.is_double() && b.is_double() || a.abs() == Dd::ONE || b.abs() == Dd::ONE;
         (product, if is_exact { 0.0 } else { DD_ERROR * product.size() })
     }
 
-    #[inline]
+    #[inline(never)]
     fn quotient(a: Dd, b: Dd) -> Rounded<Dd> {
         let quotient = a / b;
         let is_double = a.is_double() && b.is_double() && quotient.is_double();
@@ -185,7 +186,7 @@ impl Bounding for Dd {
         (quotient, if is_exact { 0.0 } else { DD_ERROR * a.size() })
     }
 
-    #[inline]
+    #[inline(never)]
     fn root(a: Dd) -> Rounded<Dd> {
         let root = a.sqrt_or_zero();
         let is_exact = a.is_double() && root.is_double() && root.hi.mul_add(-root.hi, a.hi) == 0.0;
@@ -193,7 +194,7 @@ impl Bounding for Dd {
         (root, if is_exact { 0.0 } else { 3.0 * DD_ERROR * a.size() })
     }
 
-    #[inline]
+    #[inline(never)]
     fn product_sum(a: Dd, b: Dd, c: Dd) -> Rounded<Dd> {
         if a == Dd::ZERO || b == Dd::ZERO {
             return (c, 0.0);
@@ -209,7 +210,7 @@ impl Bounding for Dd {
         (sum, of_cancelling(sum, a.size() * b.size() + c.size()))
     }
 
-    #[inline]
+    #[inline(never)]
     fn product_difference(a: Dd, b: Dd, c: Dd, d: Dd) -> Rounded<Dd> {
         let difference = Dd::difference_of_products(a, b, c, d);
         let (ab, cd) = (a.size() * b.size(), c.size() * d.size());
@@ -217,7 +218,7 @@ impl Bounding for Dd {
         (difference, if is_nothing { 0.0 } else { of_cancelling(difference, ab + cd) })
     }
 
-    #[inline]
+    #[inline(never)]
     fn squares(signs: [f64; 3], p: [Dd; 3], k: f64) -> Rounded<Dd> {
         let sum = Dd::signed_squares(signs, p, k);
         let terms = p.map(|x| x.size() * x.size());
