@@ -21,6 +21,8 @@ pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use economy::EconomyArgs;
 pub(crate) use limits::{LimitArgs, TimeArgs};
 pub(crate) use line::parse;
+use lsp::LSP_ABOUT;
+pub(crate) use lsp::LspArgs;
 use manual::COMPLETIONS_EXAMPLES;
 pub(crate) use manual::{CompletionsArgs, ManArgs};
 use parts::{MERGE_ABOUT, MERGE_EXAMPLES};
@@ -36,6 +38,7 @@ mod disasm;
 mod economy;
 mod limits;
 mod line;
+mod lsp;
 mod manual;
 mod parts;
 mod response;
@@ -134,6 +137,9 @@ pub(crate) enum Command {
     /// Join part files into images
     #[command(long_about = MERGE_ABOUT, after_long_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
+    /// Tell editors what is wrong with open scenes, what words mean and where they stand
+    #[command(long_about = LSP_ABOUT)]
+    Lsp(LspArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
     /// Print a script by which a shell completes command lines

@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 use compiler::bytecode::{Format, Opcode};
 use compiler::diagnostic::Code;
-use compiler::op::{Operator, Type};
+use compiler::op::Operator;
 use compiler::preprocess::NoIncludes;
 use compiler::source::SourceMap;
 
@@ -24,7 +24,7 @@ use support::outcome;
 fn operators_are_those_of_the_code() {
     let mut table = "| operator | stack effect | what it does |\n| --- | --- | --- |\n".to_owned();
     for &op in Operator::ALL {
-        let _ = writeln!(table, "| `{}` | {} | {} |", op.spelling(), stack_effect(op), op.doc());
+        let _ = writeln!(table, "| `{}` | {} | {} |", op.spelling(), op.stack_effect(), op.doc());
     }
     check_block("language.md", "operators", &table);
 }
@@ -115,15 +115,6 @@ fn all_examples_compile() {
             }
         }
     }
-}
-
-fn stack_effect(op: Operator) -> String {
-    let names = |types: &[Type]| types.iter().map(|ty| ty.name()).collect::<Vec<_>>().join(" ");
-    let results = match op {
-        Operator::Apply | Operator::If => "...".to_owned(),
-        _ => names(op.results()),
-    };
-    format!("{} → {results}", names(op.operands())).trim_end().to_owned()
 }
 
 /// What an instruction does: its documentation, or for scalar operators the GML that it performs.

@@ -221,6 +221,7 @@ fn links_lead_somewhere() {
         "README.md",
         "docs/ARCHITECTURE.md",
         "docs/accuracy.md",
+        "docs/editors.md",
         "docs/parts.md",
         "docs/stability.md",
         "docs/untrusted.md",

@@ -2,8 +2,11 @@
 
 use crate::args::{Args, Command};
 use crate::failure::Failure;
+use crate::lsp;
 use crate::report::Reporter;
 use crate::watch;
+
+pub(crate) use accept::run_to_the_end;
 
 mod accept;
 mod bench;
@@ -34,6 +37,7 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Chart(args) => chart::chart(args, reporter),
         Command::Stability(args) => stability::stability(args, reporter),
         Command::Merge(args) => merge::merge(args, reporter),
+        Command::Lsp(args) => lsp::serve(args),
         Command::Explain(args) => explain::explain(args),
         Command::Completions(args) => manual::completions(args),
         Command::Man(args) => manual::man(args),

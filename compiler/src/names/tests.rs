@@ -1,0 +1,160 @@
+//! Names against what the compiler makes of them, and in words.
+
+use super::*;
+use crate::bytecode::{Constant, Opcode};
+use crate::preprocess::testing::tokens_of;
+use crate::preprocess::{NoIncludes, tokens_and_errors};
+use crate::source::SourceMap;
+
+/// Tokens of any text, and the map that holds it.
+fn read(text: &str) -> (SourceMap, Vec<Token>) {
+    let mut sources = SourceMap::default();
+    let root = sources.add("a", text.as_bytes().to_vec()).unwrap();
+    let (tokens, _) = tokens_and_errors(&mut sources, root, &mut NoIncludes);
+    (sources, tokens)
+}
+
+fn column(sources: &SourceMap, span: Span) -> usize {
+    sources.file_of(span).map_or(0, |file| file.line_column(span).column)
+}
+
+/// Each use as `name column->column of its binder`.
+fn uses(text: &str) -> String {
+    let (sources, tokens) = read(text);
+    let names = Names::of(&tokens, &[]);
+    let show = |used: &Use| {
+        let binder = used.binding.map(|idx| column(&sources, names.bindings[idx].span));
+        let binder = binder.map_or("none".to_owned(), |column| column.to_string());
+        format!("{}{}->{binder}", used.name, column(&sources, used.span))
+    };
+    names.uses.iter().map(show).collect::<Vec<_>>().join(" ")
+}
+
+/// Each binding as `name type`, with `*` for arguments of surface functions.
+fn types(text: &str) -> String {
+    let (_, tokens) = read(text);
+    let show = |binding: &Binding| {
+        let ty = binding.ty.map_or("?", Type::name);
+        let mark = if binding.is_surface_argument { "*" } else { "" };
+        format!("{} {ty}{mark}", binding.name)
+    };
+    Names::of(&tokens, &[]).bindings.iter().map(show).collect::<Vec<_>>().join(", ")
+}
+
+#[test]
+fn a_name_means_the_nearest_binder_before_it() {
+    let cases = [
+        ("1 /x x 2 /x x", "x6->3 x13->10"),
+        ("1 /x { 2 /x x } apply x", "x13->10 x23->3"),
+        ("x 1 /x [ x 2 /y y ] y", "x1->none x10->5 y17->14 y21->none"),
+        ("{ f } /f f", "f3->none f10->7"),
+        // Of brackets that do not match, each closes one.
+        ("1 /x { /y [ x } y", "x13->3 y17->8"),
+        ("} 1 /x ] x { x", "x10->5 x14->5"),
+    ];
+    for (text, expected) in cases {
+        assert_eq!(uses(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn types_are_known_as_far_as_literals_and_operators_lead() {
+    let cases = [
+        (
+            "1 /a 2.0 /b a real b addf /c \"s\" /d true /e",
+            "a integer, b real, c real, d string, e boolean",
+        ),
+        ("{ } /f [ 1 ] /l l 0 get /x f apply /y", "f function, l array, x ?, y ?"),
+        ("1 2 { /b /a a b } apply /c 3 /d", "b ?, a ?, c ?, d integer"),
+        ("{ /v /u /face 1.0 } sphere /s", "v real*, u real*, face integer*, s object"),
+        ("{ /v v /w 1 } /f f cube /c", "v real*, w real*, f function, c object"),
+        ("1.0 2.0 3.0 point dup /p", "p ?"),
+        ("1.0 2.0 3.0 point /p", "p point"),
+        ("1 { 2 } { 3 } if /x", "x ?"),
+    ];
+    for (text, expected) in cases {
+        assert_eq!(types(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn what_is_in_sight_ends_with_its_brackets() {
+    let text = "1 /x { 2 /y } { 3 /x 4 /z z } 5 /w";
+    let (sources, tokens) = read(text);
+    let in_sight = |at: usize| {
+        let file = sources.files().next().unwrap();
+        let place = file.span(at, at);
+        let found = Names::in_sight(&tokens, &[], |span| span.start >= place.start);
+        found
+            .iter()
+            .map(|b| format!("{}{}", b.name, column(&sources, b.span)))
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    assert_eq!(in_sight(0), "");
+    assert_eq!(in_sight(12), "x3 y10");
+    assert_eq!(in_sight(26), "x19 z24");
+    assert_eq!(in_sight(text.len()), "w33 x3");
+}
+
+/// Whether the binding at a column may be called `new`.
+fn rename(text: &str, at: u32, new: &str) -> Result<(), String> {
+    let (sources, tokens) = read(text);
+    let names = Names::of(&tokens, &[]);
+    // Addresses start at 1, as columns do.
+    let (binding, _) = names.at(at).expect("a name stands there");
+    names.check_renaming(&tokens, &[], binding, new).map_err(|clash| match clash {
+        Clash::NoName(reason) => reason,
+        Clash::Captured(used, binder) => {
+            format!("{}->{:?}", column(&sources, used), binder.map(|span| column(&sources, span)))
+        }
+    })
+}
+
+#[test]
+fn renaming_keeps_what_names_mean() {
+    let text = "1 /x { 2 /y x y } apply x";
+    assert_eq!(rename(text, 3, "z"), Ok(()));
+    assert_eq!(rename(text, 13, "z-2"), Ok(()));
+    // The use of x inside would mean the binder of y, ...
+    assert_eq!(rename(text, 3, "y"), Err("13->Some(10)".to_owned()));
+    // ... and so it would if that were called x.
+    assert_eq!(rename(text, 10, "x"), Err("13->Some(10)".to_owned()));
+    assert_eq!(rename("1 /x y", 3, "y"), Err("6->Some(3)".to_owned()));
+    for word in ["addi", "true", "2x", "", "a b", "x/", "\u{e9}"] {
+        assert!(rename(text, 3, word).is_err(), "{word}");
+    }
+    assert_eq!(rename(text, 3, "Sphere"), Ok(()));
+}
+
+/// The places of names that the compiler takes for unbound.
+fn unbound_in_bytecode(text: &str) -> Vec<Span> {
+    let mut sources = SourceMap::default();
+    let root = sources.add("a", text.as_bytes().to_vec()).unwrap();
+    let bindings = [("given".into(), Constant::Int(1))];
+    let program = crate::compile(&mut sources, root, &mut NoIncludes, &bindings).unwrap();
+    let code = program.functions.iter().flat_map(|function| {
+        function.code.iter().zip(&function.origins).map(|(insn, origin)| (insn.op, origin.span))
+    });
+    let mut spans: Vec<_> =
+        code.filter(|(op, _)| *op == Opcode::Unbound).map(|(_, span)| span).collect();
+    spans.sort();
+    spans
+}
+
+#[test]
+fn the_compiler_finds_the_same_names_unbound() {
+    let cases = [
+        "given x { /x x given y } [ z 1 /z z ] z { { x } { 2 /x x } if x }",
+        "1 /a { 2 /b { a b c } } apply b { /c a c } /d d c",
+        "{ 1 /x } apply x { /c c { 1 /y y } { y } if y } { x 1 /x { x } } sphere",
+    ];
+    for text in cases {
+        let (_, tokens) = tokens_of(text);
+        let names = Names::of(&tokens, &[("given".into(), Type::Int)]);
+        let unbound: Vec<_> =
+            names.uses.iter().filter(|used| used.binding.is_none()).map(|used| used.span).collect();
+        assert!(!unbound.is_empty());
+        assert_eq!(unbound, unbound_in_bytecode(text), "{text}");
+    }
+}
