@@ -1,5 +1,9 @@
 //! The language server, driven over its standard input and output as an editor does.
 
+use std::path::Path;
+
+use compiler::preprocess::Includes;
+use compiler::source::SourceMap;
 use serde_json::{Value, json};
 
 use crate::client::Client;
@@ -145,6 +149,94 @@ fn surface_functions_are_not_run_but_their_names_are_looked_up() {
     // Within the limits of an editor, which are no error.
     let found = check("{ /f f f apply } /f f f apply");
     assert!(shown(&found)[0].starts_with("2 E0401 "), "{found:?}");
+}
+
+/// Renames every binding of some scenes in turn: the same program is left, but for its names.
+#[test]
+fn renamed_scenes_are_the_same_programs() {
+    let mut n_renamed = 0;
+    for name in ["hello", "mandelbrot", "texture-faces", "chicago-attenuation"] {
+        let path = format!("{}/scenes/{name}.gml", env!("CARGO_MANIFEST_DIR"));
+        let uri = format!("file://{path}");
+        let text = std::fs::read_to_string(&path).expect("part of the project");
+        let mut client = Client::new(&[]);
+        client.open(&uri, &text);
+        let expected = code(&path, &text);
+        for (line, content) in text.lines().enumerate().filter(|(_, l)| !l.starts_with(['%', '#']))
+        {
+            for (column, _) in content.match_indices('/') {
+                let mut params = at(&uri, line as u32, column as u32 + 1);
+                params["newName"] = json!("another-name");
+                let edits = client.request("textDocument/rename", params);
+                let edits = edits["changes"][&uri].as_array().expect("a list").clone();
+                let renamed = apply(&text, &edits);
+                assert_ne!(renamed, text);
+                assert_eq!(code(&path, &renamed), expected, "{name}:{}:{column}", line + 1);
+                n_renamed += 1;
+            }
+        }
+        assert_eq!(client.quit(), 0);
+    }
+    assert!(n_renamed > 40, "only {n_renamed} bindings");
+}
+
+/// Reads files beside the including one.
+struct Beside;
+
+impl Includes for Beside {
+    fn load(&mut self, from: &str, name: &str) -> Option<(String, Vec<u8>)> {
+        let path = Path::new(from).with_file_name(name);
+        Some((path.display().to_string(), std::fs::read(&path).ok()?))
+    }
+}
+
+/// The instructions and constants of a scene.
+fn code(path: &str, text: &str) -> Vec<String> {
+    let mut sources = SourceMap::default();
+    let file = sources.add(path, text.as_bytes().to_vec()).expect("short");
+    let program = compiler::compile(&mut sources, file, &mut Beside, &[]).expect("correct");
+    let functions = program.functions.iter();
+    functions.map(|f| format!("{:?} {:?} {:?}", f.code, f.constants, f.captures)).collect()
+}
+
+/// A text of one byte a character, edited.
+fn apply(text: &str, edits: &[Value]) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let number = |value: &Value| value.as_u64().expect("a number") as usize;
+    let mut places: Vec<_> = edits
+        .iter()
+        .map(|edit| {
+            let (start, end) = (&edit["range"]["start"], &edit["range"]["end"]);
+            assert_eq!(start["line"], end["line"]);
+            let columns = number(&start["character"])..number(&end["character"]);
+            (number(&start["line"]), columns, edit["newText"].as_str().expect("text"))
+        })
+        .collect();
+    places.sort_by_key(|(line, columns, _)| (*line, columns.start));
+    for (line, columns, new) in places.into_iter().rev() {
+        lines[line].replace_range(columns, new);
+    }
+    lines.join("\n") + "\n"
+}
+
+#[test]
+fn nothing_is_wrong_with_the_scenes_of_the_project() {
+    let folder = format!("{}/scenes", env!("CARGO_MANIFEST_DIR"));
+    let mut client = Client::new(&[]);
+    let mut n_scenes = 0;
+    for entry in std::fs::read_dir(folder).expect("a folder") {
+        let path = entry.expect("readable").path();
+        if path.extension().is_none_or(|extension| extension != "gml") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("text");
+        let uri = format!("file://{}", path.display());
+        client.open(&uri, &text);
+        assert_eq!(shown(&client.diagnostics(&uri, 1)), [""; 0], "{uri}");
+        n_scenes += 1;
+    }
+    assert!(n_scenes >= 12, "only {n_scenes} scenes");
+    assert_eq!(client.quit(), 0);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! What is wrong with an open scene, as `gmlvm check` finds it, found on a thread of its own.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender};
+use std::sync::mpsc::SyncSender;
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use compiler::diagnostic::{Class, Code, Diagnostic as Found, Label};
 use compiler::names::Names;
@@ -55,27 +55,44 @@ impl Report {
     }
 }
 
-/// Checks scenes as they come, of each the newest only, until there is nobody to tell.
-pub(super) fn work(jobs: &Receiver<Job>, events: &Sender<Event>) {
-    let mut waiting: Vec<Job> = Vec::new();
-    while let Some(job) = next(jobs, &mut waiting) {
+/// Scenes that wait to be checked: each once, in its newest state, however fast it changes.
+#[derive(Debug, Default)]
+pub(super) struct Queue {
+    waiting: Mutex<VecDeque<Job>>,
+    is_filled: Condvar,
+}
+
+impl Queue {
+    /// Adds a scene, in place of an older state of it.
+    pub(super) fn put(&self, job: Job) {
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        waiting.retain(|older| older.document.uri != job.document.uri);
+        waiting.push_back(job);
+        self.is_filled.notify_one();
+    }
+
+    /// Takes the scene that has waited longest, once there is one.
+    fn take(&self) -> Job {
+        let mut waiting = self.waiting.lock().unwrap_or_else(PoisonError::into_inner);
+        loop {
+            if let Some(job) = waiting.pop_front() {
+                return job;
+            }
+            waiting = self.is_filled.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+}
+
+/// Checks scenes as they come, until there is nobody to tell.
+pub(super) fn work(queue: &Queue, events: &SyncSender<Event>) {
+    loop {
+        let job = queue.take();
         let checked = catch_unwind(AssertUnwindSafe(|| check(&job)));
         let event = checked.map_or_else(Event::Crashed, Event::Checked);
         if events.send(event).is_err() {
             return;
         }
     }
-}
-
-fn next(jobs: &Receiver<Job>, waiting: &mut Vec<Job>) -> Option<Job> {
-    if waiting.is_empty() {
-        waiting.push(jobs.recv().ok()?);
-    }
-    for job in jobs.try_iter() {
-        waiting.retain(|older| older.document.uri != job.document.uri);
-        waiting.push(job);
-    }
-    Some(waiting.remove(0))
 }
 
 fn check(job: &Job) -> Report {

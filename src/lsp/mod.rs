@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread;
 
 use lsp_server::{ErrorCode, Message, Notification, Request, Response, ResponseError};
@@ -20,7 +20,7 @@ use lsp_types::{Diagnostic, PublishDiagnosticsParams, Uri};
 use crate::args::{Inputs, LspArgs};
 use crate::console;
 use crate::failure::Failure;
-use crate::lsp::check::{Job, Report};
+use crate::lsp::check::{Job, Queue, Report};
 use crate::lsp::documents::{Document, Open};
 use crate::lsp::program::Program;
 use crate::lsp::transport::Received;
@@ -35,6 +35,9 @@ mod transport;
 
 /// Stack of the thread that checks; nesting of the text is limited to what fits in many times.
 const STACK_BYTES: usize = 64 << 20;
+
+/// The most messages that wait to be answered; a client that sends more has to wait.
+const MAX_WAITING: usize = 64;
 
 /// The exit code that the protocol wants of a server that ends without `shutdown`.
 const EXIT_UNASKED: u8 = 1;
@@ -59,18 +62,19 @@ pub(crate) fn serve(args: &LspArgs) -> Result<u8, Failure> {
     for directory in &mut inputs.include_dirs {
         *directory = std::path::absolute(&*directory).unwrap_or_else(|_| directory.clone());
     }
-    let (events, incoming) = mpsc::channel();
-    let (jobs, waiting) = mpsc::channel();
+    let (events, incoming) = mpsc::sync_channel(MAX_WAITING);
+    let queue = Arc::new(Queue::default());
+    let jobs = Arc::clone(&queue);
     let checked = events.clone();
     let failed =
         |error| Failure::Usage(format!("cannot start a thread: {}", console::reason(&error)));
     let checker = thread::Builder::new().name("check".to_owned()).stack_size(STACK_BYTES);
-    checker.spawn(move || check::work(&waiting, &checked)).map_err(failed)?;
+    checker.spawn(move || check::work(&jobs, &checked)).map_err(failed)?;
     let reader = thread::Builder::new().name("read".to_owned());
     reader.spawn(move || read(&events)).map_err(failed)?;
     let mut server = Server {
         inputs: Arc::new(inputs),
-        jobs,
+        queue,
         open: Open::default(),
         programs: BTreeMap::new(),
         reports: BTreeMap::new(),
@@ -79,7 +83,7 @@ pub(crate) fn serve(args: &LspArgs) -> Result<u8, Failure> {
     server.run(&incoming)
 }
 
-fn read(events: &Sender<Event>) {
+fn read(events: &SyncSender<Event>) {
     let mut stream = io::stdin().lock();
     loop {
         let event = match transport::read(&mut stream) {
@@ -105,7 +109,7 @@ enum Phase {
 /// The state of the answering thread.
 struct Server {
     inputs: Arc<Inputs>,
-    jobs: Sender<Job>,
+    queue: Arc<Queue>,
     open: Open,
     /// Documents as requests look at them, by name, as long as no text changes.
     programs: BTreeMap<String, Arc<Program>>,
@@ -229,8 +233,7 @@ impl Server {
     fn check(&self, name: &str) {
         let (open, inputs) = (Arc::clone(&self.open), Arc::clone(&self.inputs));
         if let Some(document) = self.open.get(name).cloned() {
-            // Should the checking thread have failed, an event about that is on its way.
-            let _ = self.jobs.send(Job { document, open, inputs });
+            self.queue.put(Job { document, open, inputs });
         }
     }
 

@@ -150,11 +150,48 @@ fn the_compiler_finds_the_same_names_unbound() {
         "{ 1 /x } apply x { /c c { 1 /y y } { y } if y } { x 1 /x { x } } sphere",
     ];
     for text in cases {
-        let (_, tokens) = tokens_of(text);
-        let names = Names::of(&tokens, &[("given".into(), Type::Int)]);
-        let unbound: Vec<_> =
-            names.uses.iter().filter(|used| used.binding.is_none()).map(|used| used.span).collect();
-        assert!(!unbound.is_empty());
-        assert_eq!(unbound, unbound_in_bytecode(text), "{text}");
+        assert!(!unbound(text).is_empty());
+        assert_eq!(unbound(text), unbound_in_bytecode(text), "{text}");
     }
+}
+
+fn unbound(text: &str) -> Vec<Span> {
+    let (_, tokens) = tokens_of(text);
+    let names = Names::of(&tokens, &[("given".into(), Type::Int)]);
+    names.uses.iter().filter(|used| used.binding.is_none()).map(|used| used.span).collect()
+}
+
+/// A sequence of words with balanced brackets, by a linear congruential generator (Knuth's MMIX).
+fn random_program(seed: u64) -> String {
+    let words = ["a", "b", "given", "/a", "/b", "/given", "1", "apply", "{", "[", "close", "close"];
+    let (mut state, mut text, mut open) = (seed, String::new(), Vec::new());
+    for _ in 0..40 {
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        let word = match words[(state >> 33) as usize % words.len()] {
+            "close" => open.pop().unwrap_or("2"),
+            word => word,
+        };
+        open.extend(match word {
+            "{" => Some("}"),
+            "[" => Some("]"),
+            _ => None,
+        });
+        text += word;
+        text.push(' ');
+    }
+    open.iter().rev().for_each(|closer| text += closer);
+    text
+}
+
+#[test]
+fn so_it_does_in_random_programs() {
+    let mut n_unbound = 0;
+    for seed in 0..2000 {
+        let text = random_program(seed);
+        let found = unbound(&text);
+        assert_eq!(found, unbound_in_bytecode(&text), "{text}");
+        n_unbound += found.len();
+    }
+    assert!(n_unbound > 2000, "only {n_unbound} names");
 }
