@@ -291,7 +291,7 @@ fn files_are_taken_as_they_stand_in_the_editor() {
 
 #[test]
 fn hovers_tell_of_operators_and_names() {
-    let text = "% The ball.\n{ /v /u /face v } sphere /ball\nball 2.0 uscale /big n";
+    let text = "% The ball.\n{ /v /u /face v } sphere /ball\nball 2.0 uscale /big n\n{ /r r uscale } /by by n";
     let mut client = Client::new(&["-D", "n=3"]);
     client.open(URI, text);
     let mut hover = |line, character| {
@@ -309,6 +309,11 @@ fn hovers_tell_of_operators_and_names() {
     );
     assert_eq!(hover(2, 0), "```gml\n/ball\n```\n\nan object, bound in line 2\n\nThe ball.");
     assert_eq!(hover(2, 21), "`n`: an integer, bound before the program starts");
+    assert_eq!(
+        hover(3, 20),
+        "```gml\n{ /r r uscale } /by\n```\n\n\
+         a function `value value \u{2192} object`, bound in line 4"
+    );
     assert_eq!(hover(2, 5), "nothing");
     assert_eq!(hover(99, 99), "`n`: an integer, bound before the program starts");
     assert_eq!(client.quit(), 0);

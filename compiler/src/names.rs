@@ -3,9 +3,10 @@
 //! A name means the nearest binder before it, in its brackets or in those around it: that can be told
 //! from the text alone. It is told from tokens, not from the tree, so that it can be told of programs
 //! whose brackets do not match, as those do that are being written. Of a value the type is found where
-//! literals, operators and bindings lead to it; functions that are called are not looked into.
+//! literals, operators, bindings, and calls of functions that are written out lead to it.
 
 use std::collections::{HashMap, HashSet};
+use std::fmt;
 use std::sync::Arc;
 
 use crate::lexer::{Token, TokenKind, is_identifier};
@@ -26,8 +27,28 @@ pub struct Binding {
     pub value: Span,
     /// Whether the value is what surface functions are called with, here face, u or v.
     pub is_surface_argument: bool,
+    /// For a function what it does to the stack, if that is known.
+    pub effect: Option<Effect>,
     /// How many brackets are open around it.
     pub depth: usize,
+}
+
+/// What a function does to the stack, as far as it is known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Effect {
+    /// How many values it takes.
+    n_taken: usize,
+    /// What it leaves.
+    results: Vec<Known>,
+}
+
+impl fmt::Display for Effect {
+    /// As a stack effect: `value value → object`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let results = self.results.iter().map(|value| value.ty.unwrap_or(Type::Any).name());
+        let words = std::iter::repeat_n(Type::Any.name(), self.n_taken).chain(["→"]).chain(results);
+        f.write_str(&words.collect::<Vec<_>>().join(" "))
+    }
 }
 
 /// A name in the place of a value.
@@ -147,19 +168,84 @@ fn no_name(text: &str) -> Option<String> {
 }
 
 /// What is known of a value on the stack.
-#[derive(Clone, Copy, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Known {
     ty: Option<Type>,
     /// Its text, if it is one literal.
     text: Span,
-    /// For a function, the place of its opening bracket.
-    function: Option<Span>,
+    /// For a function that the program writes out, its index.
+    function: Option<usize>,
     is_surface_argument: bool,
 }
 
 impl Known {
     fn of(ty: Type, text: Span) -> Self {
         Known { ty: Some(ty), text, ..Known::default() }
+    }
+
+    /// What is known if it is either of two.
+    fn or(self, other: Known) -> Known {
+        let ty = self.ty.filter(|_| self.ty == other.ty);
+        let function = self.function.filter(|_| self.function == other.function);
+        Known { ty, function, ..Known::default() }
+    }
+}
+
+/// The stack, as far as the code between the same brackets makes it.
+#[derive(Default)]
+struct Stack {
+    /// The topmost values.
+    values: Vec<Known>,
+    /// How many values have been taken from what was there before; none if that is not known.
+    n_taken: Option<usize>,
+}
+
+impl Stack {
+    fn new() -> Self {
+        Stack { values: Vec::new(), n_taken: Some(0) }
+    }
+
+    fn pop(&mut self) -> Known {
+        self.values.pop().unwrap_or_else(|| {
+            self.n_taken = self.n_taken.map(|n| n + 1);
+            Known::default()
+        })
+    }
+
+    fn push(&mut self, value: Known) {
+        self.values.push(value);
+    }
+
+    /// Something unknown has been done to it.
+    fn forget(&mut self) {
+        *self = Stack::default();
+    }
+
+    /// Does what a function does.
+    fn apply(&mut self, effect: &Effect) {
+        for _ in 0..effect.n_taken {
+            self.pop();
+        }
+        self.values.extend_from_slice(&effect.results);
+    }
+}
+
+/// A function takes, and leaves, at most so many values for its effect to be known: those of functions
+/// that call others twice double with each.
+const MAX_EFFECT: usize = 8;
+
+impl Effect {
+    fn of(stack: Stack) -> Option<Self> {
+        let n_taken = stack.n_taken.filter(|&n| n.max(stack.values.len()) <= MAX_EFFECT)?;
+        let result = |value| Known { text: Span::NONE, is_surface_argument: false, ..value };
+        Some(Effect { n_taken, results: stack.values.into_iter().map(result).collect() })
+    }
+
+    /// The effect of doing either.
+    fn or(&self, other: &Effect) -> Option<Effect> {
+        let is_alike = self.n_taken == other.n_taken && self.results.len() == other.results.len();
+        let results = self.results.iter().zip(&other.results).map(|(a, b)| a.or(*b));
+        is_alike.then(|| Effect { n_taken: self.n_taken, results: results.collect() })
     }
 }
 
@@ -170,18 +256,21 @@ struct Open {
     /// Of the bindings to undo.
     mark: usize,
     /// The stack around it.
-    outer: Vec<Known>,
+    outer: Stack,
 }
 
 struct Resolver {
     found: Names,
     names: HashMap<Arc<str>, usize>,
+    /// What the bindings are bound to, in their order.
+    bound: Vec<Known>,
     /// What bindings have hidden, in order.
     hidden: Vec<(Arc<str>, Option<usize>)>,
     open: Vec<Open>,
-    /// The topmost values, as far as anything is known of them.
-    stack: Vec<Known>,
-    /// Functions that a primitive was given in this pass, and those that an earlier pass has found.
+    stack: Stack,
+    /// The functions by their indices: where each starts, and its effect if that is known.
+    functions: Vec<(Span, Option<Effect>)>,
+    /// Where functions start that a primitive is given, and those that an earlier pass has found.
     surfaces: HashSet<Span>,
     known_surfaces: HashSet<Span>,
 }
@@ -191,9 +280,11 @@ impl Resolver {
         let mut resolver = Resolver {
             found: Names::default(),
             names: HashMap::new(),
+            bound: Vec::new(),
             hidden: Vec::new(),
             open: Vec::new(),
-            stack: Vec::new(),
+            stack: Stack::new(),
+            functions: Vec::new(),
             surfaces: HashSet::new(),
             known_surfaces,
         };
@@ -219,9 +310,14 @@ impl Resolver {
             TokenKind::Real(_) => self.stack.push(Known::of(Type::Real, span)),
             TokenKind::Str(_) => self.stack.push(Known::of(Type::Str, span)),
             TokenKind::Operator(op) => self.operator(*op),
-            TokenKind::Name(name) => self.name(name, span),
+            TokenKind::Name(name) => {
+                let binding = self.names.get(name).copied();
+                self.found.uses.push(Use { name: Arc::clone(name), span, binding });
+                let value = binding.map(|idx| self.bound[idx]).unwrap_or_default();
+                self.stack.push(Known { is_surface_argument: false, ..value });
+            }
             TokenKind::Binder(name) => {
-                let value = self.stack.pop().unwrap_or_default();
+                let value = self.stack.pop();
                 self.bind(name, span, value);
             }
             TokenKind::OpenFunction => self.open(span, true),
@@ -230,25 +326,16 @@ impl Resolver {
         }
     }
 
-    fn name(&mut self, name: &Arc<str>, span: Span) {
-        let binding = self.names.get(name).copied();
-        self.found.uses.push(Use { name: Arc::clone(name), span, binding });
-        let value = binding.map(|idx| {
-            let Binding { ty, value, is_surface_argument, .. } = self.found.bindings[idx];
-            let function = (ty == Some(Type::Closure)).then_some(value);
-            Known { ty, text: value, function, is_surface_argument }
-        });
-        self.stack.push(value.unwrap_or_default());
-    }
-
     fn bind(&mut self, name: &Arc<str>, span: Span, value: Known) {
-        let idx = self.found.bindings.len();
+        let idx = self.bound.len();
+        self.bound.push(value);
         self.found.bindings.push(Binding {
             name: Arc::clone(name),
             span,
             ty: value.ty,
             value: value.text,
             is_surface_argument: value.is_surface_argument,
+            effect: value.function.and_then(|idx| self.functions[idx].1.clone()),
             depth: self.open.len(),
         });
         let hidden = self.names.insert(Arc::clone(name), idx);
@@ -256,12 +343,12 @@ impl Resolver {
     }
 
     fn open(&mut self, opener: Span, is_function: bool) {
-        let outer = std::mem::take(&mut self.stack);
+        let outer = std::mem::replace(&mut self.stack, Stack::new());
         self.open.push(Open { opener, is_function, mark: self.hidden.len(), outer });
         if is_function && self.known_surfaces.contains(&opener) {
             let argument =
                 |ty| Known { ty: Some(ty), is_surface_argument: true, ..Known::default() };
-            self.stack.extend([Type::Int, Type::Real, Type::Real].map(argument));
+            self.stack.values.extend([Type::Int, Type::Real, Type::Real].map(argument));
         }
     }
 
@@ -273,26 +360,48 @@ impl Resolver {
                 None => self.names.remove(&name),
             };
         }
-        self.stack = open.outer;
-        let ty = if open.is_function { Type::Closure } else { Type::Array };
-        let function = open.is_function.then_some(open.opener);
-        self.stack.push(Known { function, ..Known::of(ty, open.opener.to(closer)) });
+        let inner = std::mem::replace(&mut self.stack, open.outer);
+        let text = open.opener.to(closer);
+        if !open.is_function {
+            return self.stack.push(Known::of(Type::Array, text));
+        }
+        let function = Some(self.functions.len());
+        // What a surface function takes is not written on the stack by the program.
+        let effect =
+            if self.known_surfaces.contains(&open.opener) { None } else { Effect::of(inner) };
+        self.functions.push((open.opener, effect));
+        self.stack.push(Known { function, ..Known::of(Type::Closure, text) });
     }
 
     fn operator(&mut self, op: Operator) {
-        if op.operands() == [Type::Closure] && op.results() == [Type::Object] {
-            // A binding knows its function by the whole text, which starts where its bracket does.
-            let start = self.stack.last().and_then(|value| value.function);
-            self.surfaces.extend(start.map(|span| Span { end: span.start + 1, ..span }));
+        let takes_function = op.operands().last() == Some(&Type::Closure);
+        let function = self.stack.values.last().and_then(|value| value.function);
+        if takes_function && op.results() == [Type::Object] {
+            self.surfaces.extend(function.map(|idx| self.functions[idx].0));
         }
-        let n_left = self.stack.len().saturating_sub(op.operands().len());
-        self.stack.truncate(n_left);
-        if matches!(op, Operator::Apply | Operator::If | Operator::Render) {
-            // What a function leaves is not known, nor how much `render` takes.
-            self.stack.clear();
+        let operands: Vec<_> = op.operands().iter().map(|_| self.stack.pop()).collect();
+        let effect = |value: &Known| self.functions[value.function?].1.as_ref();
+        match (op, &operands[..]) {
+            (Operator::Apply, [function]) => self.call(effect(function).cloned()),
+            (Operator::If, [no, yes, _]) => {
+                self.call(effect(yes).zip(effect(no)).and_then(|(yes, no)| yes.or(no)));
+            }
+            // It takes eight values or nine.
+            (Operator::Render, _) => self.stack.forget(),
+            _ => {
+                let known =
+                    |ty: &Type| Known { ty: (*ty != Type::Any).then_some(*ty), ..Known::default() };
+                self.stack.values.extend(op.results().iter().map(known));
+            }
         }
-        let known = |ty: &Type| Known { ty: (*ty != Type::Any).then_some(*ty), ..Known::default() };
-        self.stack.extend(op.results().iter().map(known));
+    }
+
+    /// Calls a function with this effect, if that is known.
+    fn call(&mut self, effect: Option<Effect>) {
+        match effect {
+            Some(effect) => self.stack.apply(&effect),
+            None => self.stack.forget(),
+        }
     }
 }
 

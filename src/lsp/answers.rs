@@ -59,7 +59,8 @@ fn binding_text(program: &Program, binding: &Binding) -> String {
         &format!(", from `{}`", file.name)
     };
     let comment = comment_above(program, start);
-    format!("```gml\n{text}\n```\n\n{ty}, bound in line {line}{from}{comment}")
+    let effect = binding.effect.as_ref().map_or(String::new(), |effect| format!(" `{effect}`"));
+    format!("```gml\n{text}\n```\n\n{ty}{effect}, bound in line {line}{from}{comment}")
 }
 
 /// A piece of source text, cut if it is long.

@@ -67,14 +67,55 @@ fn types_are_known_as_far_as_literals_and_operators_lead() {
         ("{ } /f [ 1 ] /l l 0 get /x f apply /y", "f function, l array, x ?, y ?"),
         ("1 2 { /b /a a b } apply /c 3 /d", "b ?, a ?, c ?, d integer"),
         ("{ /v /u /face 1.0 } sphere /s", "v real*, u real*, face integer*, s object"),
-        ("{ /v v /w 1 } /f f cube /c", "v real*, w real*, f function, c object"),
+        ("{ /v v /w 1 } /f f cube /c", "v real*, w real, f function, c object"),
         ("1.0 2.0 3.0 point dup /p", "p ?"),
         ("1.0 2.0 3.0 point /p", "p point"),
-        ("1 { 2 } { 3 } if /x", "x ?"),
+        ("true { 2 } { 3 } if /x", "x integer"),
+        ("true { 2 } { 3.0 } if /x true { 2 } { 2 3 } if /y", "x ?, y ?"),
+        ("7 /a true { 1 } { } if /x a /b", "a integer, x ?, b integer"),
+        ("{ /x x 1 addi } /f 2 f apply /y", "x ?, f function, y integer"),
+        ("1.5 2 { /b 3.5 } apply /x /a", "b ?, x real, a real"),
+        (
+            "{ /c { /v v c } } /plain 1 plain apply cube /o",
+            "c ?, v real*, plain function, o object",
+        ),
+        ("{ f apply } /g 1 g apply /x", "g function, x ?"),
+        ("{ /f f apply } /g 1 { } g apply /x", "f ?, g function, x ?"),
     ];
     for (text, expected) in cases {
         assert_eq!(types(text), expected, "{text}");
     }
+}
+
+#[test]
+fn effects_of_functions() {
+    let effect = |text: &str| {
+        let (_, tokens) = read(text);
+        let names = Names::of(&tokens, &[]);
+        names.bindings.last().expect("one").effect.as_ref().map(Effect::to_string)
+    };
+    let cases = [
+        ("{ /a a sphere } /f", Some("value → object")),
+        ("{ } /f", Some("→")),
+        ("{ addi 1.5 } /f", Some("value value → integer real")),
+        ("{ /c { c } } /plain", Some("value → function")),
+        ("{ apply } /f", None),
+        ("1 /x", None),
+    ];
+    for (text, expected) in cases {
+        assert_eq!(effect(text).as_deref(), expected, "{text}");
+    }
+}
+
+#[test]
+fn effects_that_double_are_given_up() {
+    let doubling = |n: usize| format!("{{ f{} apply f{0} apply }} /f{n} ", n - 1);
+    let text = format!("{{ 1 }} /f0 {} f60 apply /x", (1..=60).map(doubling).collect::<String>());
+    assert!(types(&text).ends_with("x ?"));
+    assert!(
+        types("{ 1 } /f0 { f0 apply f0 apply } /f1 f1 apply /x /y")
+            .ends_with("x integer, y integer")
+    );
 }
 
 #[test]
