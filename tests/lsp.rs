@@ -285,7 +285,25 @@ fn files_are_taken_as_they_stand_in_the_editor() {
         let params = &message["params"];
         params["uri"] == *included && params["diagnostics"][0]["code"] == "E0006"
     });
+    client.wait(|message| {
+        let params = &message["params"];
+        params["uri"] == *included && params["version"] == 3
+    });
+    // With what is open gone, the file on the disk counts again, and with the scene its errors go.
+    client.notify("textDocument/didClose", json!({ "textDocument": { "uri": included } }));
+    client.wait(|message| {
+        let params = &message["params"];
+        params["uri"] == *included && params["diagnostics"] == json!([])
+    });
+    assert_eq!(shown(&client.diagnostics(&uri, 2)), [""; 0]);
+    client.change(&uri, 3, json!([{ "text": "x" }]));
+    assert_eq!(client.diagnostics(&uri, 3).len(), 1);
     client.notify("textDocument/didClose", json!({ "textDocument": { "uri": uri } }));
+    let told = client.wait(|message| {
+        let params = &message["params"];
+        params["uri"] == *uri && params["version"].is_null()
+    });
+    assert_eq!(told["params"]["diagnostics"], json!([]));
     assert_eq!(client.quit(), 0);
 }
 

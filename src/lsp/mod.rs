@@ -215,13 +215,16 @@ impl Server {
         let name = document.name();
         Arc::make_mut(&mut self.open).insert(name.clone(), document);
         self.programs.clear();
-        let includes_it = |other: &&String| {
-            let report = self.reports.get(*other);
-            report.is_some_and(|report| report.files.contains(&name))
-        };
-        let others: Vec<_> = self.open.keys().filter(includes_it).cloned().collect();
         self.check(&name);
-        others.iter().filter(|other| **other != name).for_each(|other| self.check(other));
+        self.check_including(&name);
+    }
+
+    /// Checks the other documents that include this one.
+    fn check_including(&self, name: &String) {
+        let includes_it = |report: &&Report| report.name != *name && report.files.contains(name);
+        for report in self.reports.values().filter(includes_it) {
+            self.check(&report.name);
+        }
     }
 
     fn check_all(&mut self) {
@@ -242,6 +245,7 @@ impl Server {
         Arc::make_mut(&mut self.open).remove(&name);
         self.programs.clear();
         let gone = self.reports.remove(&name);
+        self.check_including(&name);
         self.tell(gone.iter().flat_map(Report::uris))
     }
 
