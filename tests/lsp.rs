@@ -59,6 +59,7 @@ fn diagnostics_are_those_of_check() {
         "1 2.0 addi",
         "[ 1 ] 3 get",
         "\"open\n1",
+        &"{ ".repeat(600),
     ];
     for scene in scenes {
         let sandbox = Sandbox::new();
@@ -146,6 +147,10 @@ fn surface_functions_are_not_run_but_their_names_are_looked_up() {
     let text = "{ /v /u /face colour 1.0 0.0 1.0 } sphere /ball";
     let found = check(text);
     assert_eq!(shown(&found), ["2 E0102 0:14-0:20 `colour` is not bound"]);
+    let text = "1.0 /shine { /v /u /face 1.0 1.0 1.0 point 1.0 0.0 shien } sphere /ball";
+    let found = check(text);
+    assert_eq!(shown(&found), ["2 E0102 0:51-0:56 `shien` is not bound"]);
+    assert_eq!(found[0]["data"]["replacement"], "shine");
     // Within the limits of an editor, which are no error.
     let found = check("{ /f f f apply } /f f f apply");
     assert!(shown(&found)[0].starts_with("2 E0401 "), "{found:?}");
@@ -258,7 +263,7 @@ fn files_are_taken_as_they_stand_in_the_editor() {
     let hover = client.request("textDocument/hover", at(&uri, 1, 1));
     let hover = hover["contents"]["value"].as_str().expect("text");
     assert!(hover.contains("2 /size") && hover.contains("an integer, bound in line 2, from"));
-    assert!(hover.ends_with("How large."), "{hover}");
+    assert!(hover.starts_with("```gml\n% How large.\n2 /size\n```\n"), "{hover}");
     let refused = client.try_request("textDocument/rename", {
         let mut params = at(&uri, 1, 1);
         params["newName"] = json!("extent");
@@ -323,9 +328,9 @@ fn hovers_tell_of_operators_and_names() {
     );
     assert_eq!(
         hover(1, 14),
-        "```gml\n/v\n```\n\na real, bound in line 2, given to surface functions\n\nThe ball."
+        "```gml\n% The ball.\n/v\n```\n\na real, bound in line 2, given to surface functions"
     );
-    assert_eq!(hover(2, 0), "```gml\n/ball\n```\n\nan object, bound in line 2\n\nThe ball.");
+    assert_eq!(hover(2, 0), "```gml\n% The ball.\n/ball\n```\n\nan object, bound in line 2");
     assert_eq!(hover(2, 21), "`n`: an integer, bound before the program starts");
     assert_eq!(
         hover(3, 20),
@@ -334,6 +339,23 @@ fn hovers_tell_of_operators_and_names() {
     );
     assert_eq!(hover(2, 5), "nothing");
     assert_eq!(hover(99, 99), "`n`: an integer, bound before the program starts");
+    assert_eq!(client.quit(), 0);
+}
+
+#[test]
+fn a_scene_cannot_write_markdown() {
+    let mut client = Client::new(&[]);
+    client.open(URI, "% ``` ![](http://example.com/a.png) ````\n1 /x");
+    let hover = client.request("textDocument/hover", at(URI, 1, 3));
+    let expected = "`````gml\n% ``` ![](http://example.com/a.png) ````\n1 /x\n`````\n\n\
+                    an integer, bound in line 2";
+    assert_eq!(hover["contents"]["value"], expected);
+    client.change(URI, 2, json!([{ "text": "x".repeat(5000) }]));
+    let found = client.diagnostics(URI, 2);
+    assert!(found[0]["message"].as_str().expect("text").len() < 500, "{found:?}");
+    client.change(URI, 3, json!([{ "text": "1 \u{1b}[2J" }]));
+    let message = client.diagnostics(URI, 3)[0]["message"].as_str().expect("text").to_owned();
+    assert!(!message.chars().any(char::is_control), "{message:?}");
     assert_eq!(client.quit(), 0);
 }
 

@@ -39,7 +39,7 @@ fn markdown(value: String) -> MarkupContent {
 
 fn operator_text(op: Operator) -> String {
     let effect = op.stack_effect();
-    format!("```text\n{}: {effect}\n```\n\n{}", op.spelling(), op.doc())
+    format!("{}\n\n{}", fenced("text", &format!("{}: {effect}", op.spelling())), op.doc())
 }
 
 fn binding_text(program: &Program, binding: &Binding) -> String {
@@ -50,17 +50,24 @@ fn binding_text(program: &Program, binding: &Binding) -> String {
     let is_here = program.is_before(binding.value, binding.span);
     let start = if is_here { binding.value.to(binding.span) } else { binding.span };
     let line = file.line_column(binding.span).line;
-    let text = shown(program.sources.text(start));
+    let text = comment_above(program, start) + &shown(program.sources.text(start));
     let from = if binding.is_surface_argument {
         ", given to surface functions"
     } else if program.is_here(binding.span) {
         ""
     } else {
-        &format!(", from `{}`", file.name)
+        &format!(", from `{}`", file.name.replace('`', "'"))
     };
-    let comment = comment_above(program, start);
     let effect = binding.effect.as_ref().map_or(String::new(), |effect| format!(" `{effect}`"));
-    format!("```gml\n{text}\n```\n\n{ty}{effect}, bound in line {line}{from}{comment}")
+    format!("{}\n\n{ty}{effect}, bound in line {line}{from}", fenced("gml", &text))
+}
+
+/// A block of code in Markdown. Nothing in a scene, which may be a stranger's, ends it, or is taken
+/// for Markdown.
+fn fenced(language: &str, text: &str) -> String {
+    let longest = text.split(|c| c != '`').map(str::len).max().unwrap_or(0);
+    let fence = "`".repeat(3.max(longest + 1));
+    format!("{fence}{language}\n{text}\n{fence}")
 }
 
 /// A piece of source text, cut if it is long.
@@ -76,11 +83,11 @@ fn comment_above(program: &Program, span: Span) -> String {
     let Some(file) = program.sources.file_of(span) else { return String::new() };
     let line = file.line_column(span).line;
     let above = (1..line).rev().take(MAX_COMMENT).map_while(|line| {
-        file.line(line)?.trim_start().strip_prefix('%').map(|text| shown(text.trim()))
+        file.line(line).map(str::trim).filter(|text| text.starts_with('%')).map(shown)
     });
     let mut lines: Vec<_> = above.collect();
     lines.reverse();
-    if lines.is_empty() { String::new() } else { format!("\n\n{}", lines.join("\n")) }
+    lines.iter().map(|line| format!("{line}\n")).collect()
 }
 
 /// The binder of the name at a place.

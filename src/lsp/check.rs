@@ -6,17 +6,18 @@ use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
 use compiler::diagnostic::{Class, Code, Diagnostic as Found, Label};
-use compiler::names::Names;
-use compiler::preprocess;
-use compiler::source::{SourceMap, Span};
+use compiler::names::{Names, Use};
+use compiler::source::{FileId, SourceMap, Span};
+use compiler::{parser, preprocess};
 use lsp_types::{
-    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString, Range,
-    Uri,
+    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity as Severity, Location,
+    NumberOrString, Range, Uri,
 };
 use serde_json::json;
 use vm::program::LoadedProgram;
 
 use crate::args::{Inputs, LimitArgs};
+use crate::clean::{clean_lines, shortened};
 use crate::driver;
 use crate::lsp::Event;
 use crate::lsp::documents::{Document, Open, OpenIncludes, uri_of};
@@ -26,6 +27,12 @@ use crate::report::hint;
 
 /// The most names in one scene that are told to be not bound.
 const MAX_UNBOUND: usize = 100;
+
+/// For so many of them a name is looked for that may be meant, each time through the whole program.
+const MAX_MEANT: usize = 4;
+
+/// The most other places that a diagnostic comes with.
+const MAX_RELATED: usize = 16;
 
 /// A scene to check.
 #[derive(Clone, Debug)]
@@ -102,7 +109,8 @@ fn check(job: &Job) -> Report {
     let bytes = job.document.text.as_bytes().to_vec();
     let Ok(root) = sources.add(&name, bytes) else {
         let text = Code::SourceTooLarge.explanation();
-        teller.tell(&Found::new(Code::SourceTooLarge, Span::NONE, text), &sources, None);
+        let found = Found::new(Code::SourceTooLarge, Span::NONE, text);
+        teller.tell(Severity::ERROR, &found, &sources, None);
         return teller.report(vec![name]);
     };
     let mut includes = OpenIncludes::new(&job.document, &job.inputs, &job.open);
@@ -110,16 +118,19 @@ fn check(job: &Job) -> Report {
     let defines = &job.inputs.defines;
     let bindings: Vec<_> = defines.iter().map(|d| (d.name.clone(), d.value.clone())).collect();
     match compiler::compile(&mut sources, root, &mut includes, &bindings) {
-        Err(errors) => errors.iter().for_each(|error| teller.tell(error, &sources, None)),
+        Err(errors) => errors.iter().for_each(|e| teller.tell(Severity::ERROR, e, &sources, None)),
         Ok(program) if is_program => {
             let ended =
                 driver::run_to_the_end(&Arc::new(LoadedProgram::new(program)), LimitArgs::strict());
             let stopped_at = ended.err().map(|error| {
                 let mut found = error.into_diagnostic();
                 let span = found.primary.span;
+                // A scene may be right and only need more than an editor should spend on it.
+                let is_limit = found.code.class() == Class::Limit;
+                let severity = if is_limit { Severity::WARNING } else { Severity::ERROR };
                 hint::add_file_name(&mut found, &sources);
                 let replacement = hint::add_meant(&mut found, &sources, || job.tree_again());
-                teller.tell(&found, &sources, replacement.as_deref());
+                teller.tell(severity, &found, &sources, replacement.as_deref());
                 span
             });
             teller.tell_unbound(stopped_at, &sources);
@@ -133,7 +144,7 @@ impl Job {
     /// The scene's files, once more, at the same addresses.
     fn afresh<T>(
         &self,
-        read: impl FnOnce(&mut SourceMap, compiler::source::FileId, &mut OpenIncludes<'_>) -> T,
+        read: impl FnOnce(&mut SourceMap, FileId, &mut OpenIncludes<'_>) -> T,
     ) -> Option<T> {
         let mut sources = SourceMap::default();
         let bytes = self.document.text.as_bytes().to_vec();
@@ -169,28 +180,21 @@ impl Teller<'_> {
         };
         let Some(tokens) = self.job.afresh(read) else { return };
         let names = Names::of(&tokens, &predefined(&self.job.inputs));
-        let is_unbound =
-            |used: &&compiler::names::Use| used.binding.is_none() && Some(used.span) != stopped_at;
-        for used in names.uses.iter().filter(is_unbound).take(MAX_UNBOUND) {
+        let tree = parser::parse(tokens).ok();
+        let is_unbound = |used: &&Use| used.binding.is_none() && Some(used.span) != stopped_at;
+        for (n_told, used) in names.uses.iter().filter(is_unbound).take(MAX_UNBOUND).enumerate() {
             let message = format!("`{}` is not bound", used.name);
-            let found = Found::new(Code::Unbound, used.span, message)
+            let mut found = Found::new(Code::Unbound, used.span, message)
                 .label("an error if the program gets here");
-            let severity = DiagnosticSeverity::WARNING;
-            self.tell_as(severity, &found, sources, None);
+            let tree = tree.as_ref().filter(|_| n_told < MAX_MEANT);
+            let meant = tree.and_then(|tree| hint::add_similar(&mut found, sources, tree));
+            self.tell(Severity::WARNING, &found, sources, meant.as_deref());
         }
     }
 
-    fn tell(&mut self, found: &Found, sources: &SourceMap, replacement: Option<&str>) {
-        // A scene may be right and only need more than an editor should spend on it.
-        let is_limit = found.code.class() == Class::Limit && !found.primary.span.is_none();
-        let severity =
-            if is_limit { DiagnosticSeverity::WARNING } else { DiagnosticSeverity::ERROR };
-        self.tell_as(severity, found, sources, replacement);
-    }
-
-    fn tell_as(
+    fn tell(
         &mut self,
-        severity: DiagnosticSeverity,
+        severity: Severity,
         found: &Found,
         sources: &SourceMap,
         replacement: Option<&str>,
@@ -204,7 +208,8 @@ impl Teller<'_> {
             let text = format!("called here, in {}", call.within);
             Label { span: call.span, text }
         });
-        let labels: Vec<_> = found.secondary.iter().cloned().chain(calls).collect();
+        let labels = found.secondary.iter().cloned().chain(calls);
+        let labels: Vec<_> = labels.take(MAX_RELATED).collect();
         let related = labels.iter().filter_map(|label| {
             let location = self.place(label.span, sources)?;
             Some(DiagnosticRelatedInformation { location, message: label.text.clone() })
@@ -233,12 +238,13 @@ impl Teller<'_> {
     }
 }
 
-/// The message, what stands beside the place, notes and advice: a line each.
+/// The message, what stands beside the place, notes and advice: a line each, fit to be shown.
 fn message(found: &Found, replacement: Option<&str>) -> String {
     let mut lines = vec![found.message.clone()];
     lines.extend(Some(found.primary.text.clone()).filter(|text| !text.is_empty()));
     lines.extend(found.notes.iter().map(|note| format!("note: {note}")));
     lines.extend(found.helps.iter().map(|help| format!("help: {help}")));
     lines.extend(replacement.map(|name| format!("help: did you mean `{name}`?")));
-    lines.join("\n")
+    let lines = lines.iter().map(|line| clean_lines(&shortened(line)));
+    lines.collect::<Vec<_>>().join("\n")
 }
