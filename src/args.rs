@@ -21,8 +21,6 @@ pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use economy::EconomyArgs;
 pub(crate) use limits::{LimitArgs, TimeArgs};
 pub(crate) use line::parse;
-use lsp::LSP_ABOUT;
-pub(crate) use lsp::LspArgs;
 use manual::COMPLETIONS_EXAMPLES;
 pub(crate) use manual::{CompletionsArgs, ManArgs};
 use parts::{MERGE_ABOUT, MERGE_EXAMPLES};
@@ -38,7 +36,7 @@ mod disasm;
 mod economy;
 mod limits;
 mod line;
-mod lsp;
+pub(crate) mod lsp;
 mod manual;
 mod parts;
 mod response;
@@ -116,6 +114,9 @@ pub(crate) enum Command {
     /// Report what is wrong with scenes; write nothing
     #[command(long_about = CHECK_ABOUT)]
     Check(CheckArgs),
+    /// Tell editors what is wrong with open scenes, what words mean and where they stand
+    #[command(long_about = lsp::LSP_ABOUT)]
+    Lsp(lsp::LspArgs),
     /// Show a scene's tokens, tree, bytecode or machine code
     #[command(long_about = DISASM_ABOUT, after_long_help = DISASM_EXAMPLES)]
     Disasm(DisasmArgs),
@@ -137,9 +138,6 @@ pub(crate) enum Command {
     /// Join part files into images
     #[command(long_about = MERGE_ABOUT, after_long_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
-    /// Tell editors what is wrong with open scenes, what words mean and where they stand
-    #[command(long_about = LSP_ABOUT)]
-    Lsp(LspArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
     /// Print a script by which a shell completes command lines

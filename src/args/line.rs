@@ -12,6 +12,7 @@ use crate::clean::clean;
 const COMMANDS: [&str; 14] = [
     "run",
     "check",
+    "lsp",
     "disasm",
     "eval",
     "diff",
@@ -19,7 +20,6 @@ const COMMANDS: [&str; 14] = [
     "chart",
     "stability",
     "merge",
-    "lsp",
     "explain",
     "completions",
     "man",

@@ -17,7 +17,8 @@ use lsp_types::notification::{
 };
 use lsp_types::{Diagnostic, PublishDiagnosticsParams, Uri};
 
-use crate::args::{Inputs, LspArgs};
+use crate::args::Inputs;
+use crate::args::lsp::LspArgs;
 use crate::console;
 use crate::failure::Failure;
 use crate::lsp::check::{Job, Queue, Report};
