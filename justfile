@@ -25,6 +25,10 @@ doc:
 deny:
     cargo deny check licenses bans sources
 
+# The book of docs/, as pages in target/book (needs mdbook).
+book:
+    mdbook build docs
+
 # Renders the pictures of docs/gallery from scenes/, each at the size that it asks for, but the
 # picture of the README larger.
 gallery:

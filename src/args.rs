@@ -36,6 +36,7 @@ mod disasm;
 mod economy;
 mod limits;
 mod line;
+pub(crate) mod lsp;
 mod manual;
 mod parts;
 mod response;
@@ -113,6 +114,9 @@ pub(crate) enum Command {
     /// Report what is wrong with scenes; write nothing
     #[command(long_about = CHECK_ABOUT)]
     Check(CheckArgs),
+    /// Tell editors what is wrong with open scenes, what words mean and where they stand
+    #[command(long_about = lsp::LSP_ABOUT)]
+    Lsp(lsp::LspArgs),
     /// Show a scene's tokens, tree, bytecode or machine code
     #[command(long_about = DISASM_ABOUT, after_long_help = DISASM_EXAMPLES)]
     Disasm(DisasmArgs),

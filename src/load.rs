@@ -15,8 +15,9 @@ use crate::args::Inputs;
 use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
-use crate::load::includes::FileIncludes;
 use crate::report::{Reporter, hint};
+
+pub(crate) use includes::FileIncludes;
 
 mod includes;
 

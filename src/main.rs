@@ -19,6 +19,7 @@ mod formats;
 mod frames;
 mod listing;
 mod load;
+mod lsp;
 mod measure;
 mod output;
 mod parts;

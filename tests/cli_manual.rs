@@ -51,7 +51,8 @@ fn manual_pages() {
     let pages = sandbox.files();
     let commands = ["bench", "chart", "check", "completions", "diff", "disasm", "eval", "explain"];
     let further = ["man", "merge", "run", "stability"];
-    let names = commands.iter().chain(&further).map(|name| format!("man1/gmlvm-{name}.1"));
+    let names =
+        commands.iter().chain(&["lsp"]).chain(&further).map(|name| format!("man1/gmlvm-{name}.1"));
     let mut expected: Vec<_> = names.chain(["man1/".into(), "man1/gmlvm.1".into()]).collect();
     expected.sort();
     assert_eq!(pages, expected);

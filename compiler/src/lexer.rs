@@ -492,6 +492,11 @@ fn is_line_end(byte: u8) -> bool {
     matches!(byte, b'\n' | b'\r' | b'\x0b')
 }
 
+/// Whether a text is one identifier; it may be a reserved one.
+pub(crate) fn is_identifier(text: &str) -> bool {
+    text.starts_with(|c: char| c.is_ascii_alphabetic()) && text.bytes().all(is_identifier_tail)
+}
+
 fn is_identifier_tail(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_')
 }

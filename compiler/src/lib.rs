@@ -22,6 +22,7 @@ pub mod disasm;
 pub mod emit;
 pub mod flow;
 pub mod lexer;
+pub mod names;
 pub mod op;
 pub mod parser;
 pub mod preprocess;

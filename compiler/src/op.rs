@@ -271,6 +271,17 @@ macro_rules! with_scalars {
 crate::for_each_scalar!(with_scalars, []);
 
 impl Operator {
+    /// Operands and results by their types, as `object real → object`; `...` is what a function leaves.
+    #[must_use]
+    pub fn stack_effect(self) -> String {
+        let names = |types: &[Type]| types.iter().map(|ty| ty.name()).collect::<Vec<_>>().join(" ");
+        let results = match self {
+            Operator::Apply | Operator::If => "...".to_owned(),
+            _ => names(self.results()),
+        };
+        format!("{} → {results}", names(self.operands())).trim_end().to_owned()
+    }
+
     /// The operator with this reserved name.
     #[must_use]
     pub fn from_spelling(name: &str) -> Option<Operator> {

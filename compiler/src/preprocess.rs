@@ -41,6 +41,17 @@ pub fn tokens(
     root: FileId,
     includes: &mut dyn Includes,
 ) -> Result<Vec<Token>, Vec<Diagnostic>> {
+    let (tokens, diagnostics) = tokens_and_errors(sources, root, includes);
+    if diagnostics.is_empty() { Ok(tokens) } else { Err(diagnostics) }
+}
+
+/// The tokens as far as there are any, and everything that is wrong: for tools that have to do with
+/// programs which are just being written.
+pub fn tokens_and_errors(
+    sources: &mut SourceMap,
+    root: FileId,
+    includes: &mut dyn Includes,
+) -> (Vec<Token>, Vec<Diagnostic>) {
     let mut preprocessor = Preprocessor {
         sources,
         includes,
@@ -52,7 +63,7 @@ pub fn tokens(
     };
     preprocessor.run();
     let Output { tokens, diagnostics, .. } = preprocessor.out;
-    if diagnostics.is_empty() { Ok(tokens) } else { Err(diagnostics) }
+    (tokens, diagnostics)
 }
 
 struct Preprocessor<'a> {

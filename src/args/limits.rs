@@ -3,6 +3,8 @@
 
 use std::time::Duration;
 
+use clap::Parser;
+
 use crate::values;
 
 /// What a program may use up.
@@ -49,6 +51,22 @@ pub(crate) struct LimitArgs {
     pub(crate) max_reflections: u32,
 }
 
+impl LimitArgs {
+    /// What `--untrusted` limits a program to.
+    pub(crate) fn strict() -> Self {
+        #[derive(Parser)]
+        struct Untrusted {
+            #[arg(long)]
+            untrusted: bool,
+            #[command(flatten)]
+            limits: LimitArgs,
+        }
+        let Untrusted { untrusted, limits } = Untrusted::parse_from(["gmlvm", "--untrusted"]);
+        debug_assert!(untrusted);
+        limits
+    }
+}
+
 /// How long a command may take.
 #[derive(Clone, Copy, Debug, Default, clap::Args)]
 #[command(next_help_heading = "Limits")]
@@ -60,7 +78,6 @@ pub(crate) struct TimeArgs {
 
 #[cfg(test)]
 mod tests {
-    use clap::Parser;
     use compiler::diagnostic::grouped;
 
     use super::*;

@@ -9,9 +9,10 @@ use crate::args::{Args, response, sampling};
 use crate::clean::clean;
 
 /// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 14] = [
     "run",
     "check",
+    "lsp",
     "disasm",
     "eval",
     "diff",
@@ -79,7 +80,7 @@ mod tests {
         Args::command().debug_assert();
         let names: Vec<_> =
             Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..12]);
+        assert_eq!(names, COMMANDS[..13]);
     }
 
     #[test]

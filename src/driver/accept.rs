@@ -43,6 +43,18 @@ impl Host for Accepts<'_> {
     }
 }
 
+/// Runs a compiled program without rendering.
+///
+/// # Errors
+/// What stopped it.
+pub(crate) fn run_to_the_end(
+    program: &Arc<LoadedProgram>,
+    limits: LimitArgs,
+) -> Result<Vec<Value>, Box<vm::error::Error>> {
+    let mut host = Accepts { limits, n_images: 0, visit: &mut |_| Ok(()), stopped_by: None };
+    Machine::new(program, limits.machine()).run(&mut host)
+}
+
 /// Compiles and runs a program without rendering; returns its final stack, bottom first.
 ///
 /// # Errors

