@@ -9,6 +9,7 @@ use crate::numeric::real::Real;
 use crate::object::SetOp;
 use crate::ray::{Crossing, Reach};
 use crate::scene::{Kind, NONE, Node, Scene};
+use crate::trace::LeafSpan;
 
 /// Memory for sweeping, kept from ray to ray.
 #[derive(Debug)]
@@ -135,18 +136,34 @@ impl<R: Real> Scene<R> {
         workspace: &mut Workspace<R>,
         crossings: &mut Vec<Crossing<R>>,
     ) {
-        let Some(mut span) = self.leaf_span(leaf, &reach.ray) else { return };
-        for end in [&mut span.enter, &mut span.exit] {
-            let surface = self.face_surface(&self.leaves[leaf as usize], end.root.face);
-            if surface < self.n_shared && end.t.to_f64().is_finite() {
-                end.t = workspace.shared_root(surface, end.root.plus, end.t);
-            }
+        let Some(LeafSpan { mut enter, mut exit }) = self.leaf_span(leaf, &reach.ray) else {
+            return;
+        };
+        if self.n_shared > 0 {
+            enter.t = self.shared_root(enter, workspace);
+            exit.t = self.shared_root(exit, workspace);
         }
-        if self.is_inside(&span, reach) {
+        let [enters, exits] = [enter, exit].map(|end| self.is_ahead(&end, reach));
+        if exits && !enters {
             self.spread(self.leaves[leaf as usize].node, true, workspace);
         }
-        let is_met = |end: &Crossing<R>| end.t.to_f64().is_finite() && self.is_ahead(end, reach);
-        crossings.extend([span.enter, span.exit].into_iter().filter(is_met));
+        if enters && enter.t.to_f64().is_finite() {
+            crossings.push(enter);
+        }
+        if exits && exit.t.to_f64().is_finite() {
+            crossings.push(exit);
+        }
+    }
+
+    /// The `t` that a crossing has for all faces of its surface.
+    #[inline(never)]
+    fn shared_root(&self, end: Crossing<R>, workspace: &mut Workspace<R>) -> R {
+        let surface = self.face_surface(&self.leaves[end.leaf as usize], end.root.face);
+        if surface < self.n_shared && end.t.to_f64().is_finite() {
+            workspace.shared_root(surface, end.root.plus, end.t)
+        } else {
+            end.t
+        }
     }
 
     fn flip(&self, crossing: &Crossing<R>, workspace: &mut Workspace<R>) {

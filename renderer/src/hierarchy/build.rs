@@ -124,7 +124,8 @@ fn widen(pairs: &[Pair], mut children: Vec<(Box32, Child)>, nodes: &mut Vec<Node
         }
     }
     let number = nodes.len();
-    let boxes = Boxes { lo: [[f32::MAX; WIDTH]; 3], hi: [[f32::MIN; WIDTH]; 3] };
+    // What holds nothing is where hardly a ray goes: an inverted box would be met by all.
+    let boxes = Boxes { lo: [[f32::MAX; WIDTH]; 3], hi: [[f32::MAX; WIDTH]; 3] };
     nodes.push(Node { boxes, children: [Child::Nothing; WIDTH] });
     for (k, (bounds, child)) in children.into_iter().enumerate() {
         let child = match child {

@@ -122,10 +122,17 @@ pub(crate) fn span<R: Real>(kind: ShapeKind, ray: &LocalRay<R>) -> Option<Span<R
     match kind {
         ShapeKind::Sphere => sphere::span(ray),
         ShapeKind::Cube => cube::span(ray),
-        ShapeKind::Cylinder => cylinder::span(ray),
-        ShapeKind::Cone => cone::span(ray),
+        ShapeKind::Cylinder => taken_apart(cylinder::span(ray)),
+        ShapeKind::Cone => taken_apart(cone::span(ray)),
         ShapeKind::Plane => plane::span(ray),
     }
+}
+
+/// The answer of a function that is called, in registers like those beside it that are not.
+#[inline(always)]
+fn taken_apart<R: Real>(span: Option<Span<R>>) -> Option<Span<R>> {
+    let Span { enter: End { t: from, root: of_enter }, exit: End { t: to, root: of_exit } } = span?;
+    Some(Span { enter: End { t: from, root: of_enter }, exit: End { t: to, root: of_exit } })
 }
 
 /// The point where a ray's line crosses a face; planar coordinates are exact.
