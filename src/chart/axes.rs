@@ -139,6 +139,7 @@ impl Axes {
 }
 
 /// One axis, for the library that draws.
+#[derive(Clone)]
 pub(super) struct Axis {
     pub(super) range: [f64; 2],
     pub(super) ticks: Vec<f64>,

@@ -9,6 +9,7 @@ use crate::chart::data::{Chart, Data, Figures};
 use crate::chart::front;
 use crate::chart::methods::{Diagram, Family, Look, METHODS, Method, Shape};
 use crate::chart::page::Sheet;
+use crate::chart::panel::{self, Frame};
 use crate::chart::table::{self, Table};
 
 /// Pixels.
@@ -21,7 +22,6 @@ const LEGEND_COLUMNS: usize = 5;
 pub(super) const FONT: &str = "sans-serif";
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 pub(super) const FAINT: RGBColor = RGBColor(221, 221, 221);
-const BAND: RGBColor = RGBColor(240, 240, 240);
 const FRONT: RGBColor = RGBColor(110, 110, 110);
 
 pub(crate) type Area<B> = DrawingArea<B, Shift>;
@@ -115,31 +115,11 @@ pub(super) fn text(size: u32) -> TextStyle<'static> {
 /// Draws a panel. `page` is the area of the whole drawing.
 fn draw_panel<B: DrawingBackend>(page: &Area<B>, panel: &Area<B>, chart: &Chart) -> Drawn<B> {
     let axes = Axes::new(chart);
-    let [x_title, y_title] = axes.titles();
-    let [x_axis, y_axis] = axes.both();
-    panel.draw_text(&table::heading(chart), &text(14), (68, 10))?;
-    let (plot, notes) = panel.split_vertically(PANEL_HEIGHT - NOTES_HEIGHT);
-    let mut context = ChartBuilder::on(&plot)
-        .margin_top(30)
-        .margin_right(14)
-        .margin_left(4)
-        .x_label_area_size(36)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x_axis, y_axis)?;
-    let [left, right] = axes.x;
-    let band = Rectangle::new([(left, axes.y[0]), (right, axes.zeros)], BAND.filled());
-    context.draw_series([band])?;
-    context
-        .configure_mesh()
-        .bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style(text(11))
-        .axis_desc_style(text(11))
-        .x_desc(x_title)
-        .y_desc(y_title)
-        .draw()?;
-    let at = |place: (f64, f64)| context.plotting_area().map_coordinate(&place);
+    let heading = table::heading(chart);
+    let zeros = Some(axes.zeros);
+    let frame = Frame { heading: &heading, axes: axes.both(), titles: axes.titles(), zeros };
+    let (at, notes) = panel::open(panel, frame)?;
+    let left = axes.x[0];
     let small = text(10).pos(Pos::new(HPos::Left, VPos::Bottom));
     let label = |text: &str, place: (f64, f64)| {
         let (x, y) = at(place);

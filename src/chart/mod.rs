@@ -16,4 +16,5 @@ mod doubled;
 mod draw;
 mod errors;
 mod front;
+mod panel;
 mod render;

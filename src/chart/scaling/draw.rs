@@ -4,12 +4,10 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use crate::chart::axes::{Axis, padded, plain, range, ticks};
-use crate::chart::draw::{
-    self, Area, Drawn, FAINT, Foot, INK, NOTES_HEIGHT, PANEL_HEIGHT, color, draw_mark, draw_notes,
-    text,
-};
+use crate::chart::draw::{self, Area, Drawn, FAINT, Foot, color, draw_mark, draw_notes, text};
 use crate::chart::methods::{Family, Look, Shape};
 use crate::chart::page::Sheet;
+use crate::chart::panel::{self, Frame};
 use crate::chart::scaling::data::{Growth, Measured, Times};
 use crate::chart::scaling::table;
 use crate::chart::table::{Table, captions};
@@ -137,26 +135,11 @@ fn draw_panel<B: DrawingBackend>(page: &Area<B>, panel: &Area<B>, measured: &Mea
     let top = y_axis.range[1];
     let strip = top - STRIP * (top - y_axis.range[0]);
     let [left, right] = x_axis.range;
-    panel.draw_text(&table::heading(measured), &text(14), (68, 10))?;
-    let (plot, notes) = panel.split_vertically(PANEL_HEIGHT - NOTES_HEIGHT);
-    let mut context = ChartBuilder::on(&plot)
-        .margin_top(30)
-        .margin_right(14)
-        .margin_left(4)
-        .x_label_area_size(36)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x_axis, y_axis)?;
-    context
-        .configure_mesh()
-        .bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style(text(11))
-        .axis_desc_style(text(11))
-        .x_desc(measured.series().name)
-        .y_desc("nanoseconds")
-        .draw()?;
-    let at = |place: (f64, f64)| context.plotting_area().map_coordinate(&place);
+    let heading = table::heading(measured);
+    let titles = [measured.series().name, "nanoseconds"];
+    let axes = [x_axis, y_axis];
+    let frame = Frame { heading: &heading, axes, titles, zeros: None };
+    let (at, notes) = panel::open(panel, frame)?;
     for (quantity, line) in &lines {
         draw_line(page, quantity, line, &at)?;
     }
