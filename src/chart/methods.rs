@@ -19,7 +19,7 @@ pub(crate) struct Method {
 }
 
 /// What a method does.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Render {
     /// The tracer, one ray through the centre of each pixel.
     Tracer(Engine, Precision),
@@ -30,7 +30,7 @@ pub(crate) enum Render {
 }
 
 /// The numbers of the naive tracer.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Numbers {
     /// Single precision, 24 bits.
     F32,
