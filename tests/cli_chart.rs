@@ -119,8 +119,8 @@ fn data_is_charted_without_measuring() {
         .iter()
         .map(|method| method["rms"].as_f64().expect("finite"))
         .collect();
-    // Grids of 1, 4, 16 and 64 rays; adaptive sampling of depth 1 to 3.
-    assert_eq!(rms.len(), 7);
+    // Grids of 1, 4, 16 and 64 rays; adaptive sampling of depth 1 to 4.
+    assert_eq!(rms.len(), 8);
     assert!(rms[..4].is_sorted_by(|a, b| a > b), "{rms:?}");
     assert!(rms[4..].is_sorted_by(|a, b| a >= b) && rms[4] < rms[0], "{rms:?}");
 

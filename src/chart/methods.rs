@@ -155,4 +155,5 @@ pub(crate) const METHODS: &[Method] = &[
     method("adaptive-1", Family::Adaptive, Shape::Circle, Sampled(Adaptive(1))),
     method("adaptive-2", Family::Adaptive, Shape::Square, Sampled(Adaptive(2))),
     method("adaptive-3", Family::Adaptive, Shape::Diamond, Sampled(Adaptive(3))),
+    method("adaptive-4", Family::Adaptive, Shape::Up, Sampled(Adaptive(4))),
 ];
