@@ -38,7 +38,7 @@ gallery:
     done
     cargo run --release --quiet -- run scenes/showpiece.gml --size 960x640 --format png -o docs/gallery
 
-# Measures the charts of docs/accuracy.md again, which takes some minutes; nothing else should run.
+# Measures all charts of docs/accuracy.md again, which takes some minutes; nothing else should run.
 charts:
     cargo build --release
     cargo run --release --quiet -- chart --size 160x120 \
@@ -48,6 +48,27 @@ charts:
     cargo run --release --quiet -- chart --size 80x60 --methods sampling --runs 3 \
         scenes/hello.gml scenes/die.gml scenes/csg-gears.gml scenes/mirror-room.gml \
         --export docs/charts/sampling.json -o docs/charts/sampling.svg
+    just chart-set distance
+    just chart-set stability
+    just chart-set bounces
+    just chart-set certainty --size 160x120 --runs 5 scenes/*.gml
+    just chart-set bounds --size 96x72 \
+        scenes/hello.gml scenes/die.gml scenes/marble.gml scenes/csg-gears.gml \
+        scenes/mirror-room.gml scenes/texture-faces.gml scenes/kaleidoscope.gml scenes/lamp.gml
+    just chart-set omissions --size 160x120 \
+        scenes/hello.gml scenes/die.gml scenes/csg-gears.gml scenes/mirror-room.gml \
+        scenes/dominoes.gml scenes/chicago-attenuation.gml
+    just chart-set differences --size 60x45 \
+        scenes/csg-gears.gml scenes/mirror-room.gml scenes/kaleidoscope.gml \
+        tests/stability/thin-shell.gml tests/stability/flush-drill.gml
+    just chart-set threads --size 320x240 \
+        scenes/hello.gml scenes/die.gml scenes/csg-gears.gml scenes/mirror-room.gml scenes/flake.gml
+
+# Measures a set of charts again; further arguments are those of `gmlvm chart`.
+[private]
+chart-set set *args:
+    cargo run --release --quiet -- chart --set {{set}} {{args}} \
+        --export docs/charts/{{set}}.json -o docs/charts/{{set}}.svg
 
 # Measures the chart of docs/scaling.md again, which takes some minutes; nothing else should run.
 scaling:

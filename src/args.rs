@@ -31,6 +31,7 @@ pub(crate) use stability::StabilityArgs;
 
 mod bench;
 mod chart;
+mod contradictions;
 mod diff;
 mod disasm;
 mod economy;
@@ -258,13 +259,13 @@ pub(crate) struct RunArgs {
     /// Write times and counts as JSON; - is the standard output
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) stats: Option<PathBuf>,
-    /// Write an image of how each pixel is known, as PNG; with `--certify`
+    /// Write an image of how each pixel is known, as PNG; with `--certify` or `--precision certified`
     ///
     /// Black is certain by bounds in doubles, grey in twice their digits. What hangs on the rules for
     /// ties has the colour of what is undecided first: red for which boundary a ray meets, yellow for
     /// whether light arrives, blue for what the surface function does, white for the colour as bytes.
     /// {name} and {n} in FILE stand for what they do with `--output`.
-    #[arg(long, value_name = "FILE", requires = "certify", help_heading = "Output")]
+    #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) mark_uncertain: Option<PathBuf>,
 
     /// Threads for tracing, at most 1024 [default: one per processor]

@@ -5,7 +5,8 @@ use std::time::Duration;
 
 use jit::shaders::{Observer, Shaders, SurfaceReport, Tiering};
 use rayon::ThreadPool;
-use renderer::certify::{CertainScene, Certainty, certify};
+pub(crate) use renderer::certify::Account;
+use renderer::certify::{self, CertainScene, Certainty};
 use renderer::image::{Image, Pixel};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
@@ -224,9 +225,28 @@ impl Traceable for CertainScene {
         worker: impl Fn() -> E + Sync,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<Rendered<P>, TraceFailure> {
-        let (image, certainties, rays) = certify(self, illumination, view, worker, progress)?;
+        let (image, certainties, rays) =
+            certify::certify(self, illumination, view, worker, progress)?;
         Ok((image, Some(certainties), rays))
     }
+}
+
+/// What certified tracing says of each pixel's light, beside what is so: see [`certify::accounts`].
+///
+/// # Errors
+/// What a surface function does wrong.
+pub(crate) fn accounts(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<Option<[Account; 3]>>, TraceFailure> {
+    let Plan { view, illumination } = plan;
+    settings.threads.install(|| {
+        let (scene, surfaces) = CertainScene::build(job, settings.omissions);
+        let shaders = Shaders::new(job.program, &surfaces, settings.limits, Tiering::Eager);
+        certify::accounts(&scene, illumination, view, || shaders.worker(), progress)
+    })
 }
 
 fn trace_with<T: Traceable, P: Pixel>(

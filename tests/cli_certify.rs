@@ -107,13 +107,27 @@ fn engines_and_threads_certify_the_same_image() {
     }
 }
 
+/// Both ways to ask for certainty are as good for marks.
+#[test]
+fn a_precision_is_enough_for_marks() {
+    let marks = [&["--certify"][..], &["--precision", "certified"]].map(|asked| {
+        let sandbox = Sandbox::new();
+        sandbox.file("s.gml", EDGE);
+        let ended = sandbox.run(&[&["s.gml", "--mark-uncertain", "m.png"], asked].concat());
+        assert_eq!(ended.code, 0, "{}", ended.stderr);
+        sandbox.read("m.png")
+    });
+    assert!(marks[0] == marks[1]);
+}
+
 #[test]
 fn contradictory_options_are_refused() {
     let sandbox = Sandbox::new();
     sandbox.file("s.gml", ball("a.ppm"));
     for (args, words) in [
         (&["--certify", "--precision", "dd"][..], "cannot be used with"),
-        (&["--mark-uncertain", "m.png"], "--certify"),
+        (&["--mark-uncertain", "m.png"], "'--certify' or '--precision certified'"),
+        (&["--mark-uncertain", "m.png", "--precision", "dd"], "'--precision certified'"),
         (&["--certify", "--mark-uncertain", "m.ppm"], "must end in .png"),
         (&["--certify", "--mark-uncertain", "{x}.png"], "placeholders are {name} and {n}"),
     ] {

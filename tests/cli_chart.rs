@@ -1,16 +1,20 @@
 //! `gmlvm chart`: what it prints, draws, exports, reads again and refuses. No test depends on how long
 //! anything takes.
 
-use std::fs;
-use std::path::Path;
-
 use serde_json::Value;
 
-use crate::gmlvm::{Ended, Sandbox, ball};
+use crate::chart::{assert_drawn_from_data, chart, charted, json, list, texts};
+use crate::gmlvm::{Sandbox, ball};
 
 #[allow(dead_code, reason = "it serves several test programs")]
 #[path = "support/gmlvm.rs"]
 mod gmlvm;
+
+#[allow(dead_code, reason = "it serves several test programs")]
+#[path = "support/chart.rs"]
+mod chart;
+
+const COMMON: &[&str] = &["--runs", "2", "--warmup", "0"];
 
 /// Two images. Rays that start on a solid meet it again if numbers are short and the epsilon is small.
 const SCENE: &str = "\
@@ -40,29 +44,6 @@ fn sandbox() -> Sandbox {
     let sandbox = Sandbox::new();
     sandbox.file("s.gml", SCENE).file("ball.gml", ball("ball.ppm"));
     sandbox
-}
-
-fn chart(sandbox: &Sandbox, args: &[&str]) -> Ended {
-    sandbox.run(&[&["chart", "--runs", "2", "--warmup", "0"], args].concat())
-}
-
-fn charted(sandbox: &Sandbox, args: &[&str]) -> String {
-    let ended = chart(sandbox, args);
-    assert_eq!((ended.code, ended.stderr.as_str()), (0, ""), "{}", ended.text());
-    ended.text().to_owned()
-}
-
-fn json(bytes: &[u8]) -> Value {
-    serde_json::from_slice(bytes).expect("JSON")
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().unwrap_or_else(|| panic!("no list: {value}"))
-}
-
-/// The texts of an SVG file.
-fn texts(svg: &str) -> Vec<&str> {
-    svg.split("</text>").filter_map(|part| part.rsplit('>').next()).map(str::trim).collect()
 }
 
 #[test]
@@ -138,8 +119,8 @@ fn data_is_charted_without_measuring() {
         .iter()
         .map(|method| method["rms"].as_f64().expect("finite"))
         .collect();
-    // Grids of 1, 4, 16 and 64 rays; adaptive sampling of depth 1 to 3.
-    assert_eq!(rms.len(), 7);
+    // Grids of 1, 4, 16 and 64 rays; adaptive sampling of depth 1 to 4.
+    assert_eq!(rms.len(), 8);
     assert!(rms[..4].is_sorted_by(|a, b| a > b), "{rms:?}");
     assert!(rms[4..].is_sorted_by(|a, b| a >= b) && rms[4] < rms[0], "{rms:?}");
 
@@ -292,21 +273,10 @@ fn bad_data_is_refused() {
     );
 }
 
-/// The drawings of the documentation are those of the data beside them; `GMLVM_BLESS=1` draws them
-/// anew.
+/// The drawings of the documentation are those of the data beside them.
 #[test]
 fn charts_of_the_documentation_are_of_their_data() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/charts");
     for name in ["rounding", "sampling"] {
-        let sandbox = Sandbox::new();
-        let data = folder.join(name).with_extension("json").display().to_string();
-        charted(&sandbox, &[&data, "-o", "c.svg"]);
-        let drawn = sandbox.read("c.svg");
-        let shown = folder.join(name).with_extension("svg");
-        if std::env::var_os("GMLVM_BLESS").is_some() {
-            fs::write(&shown, &drawn).expect("written");
-        }
-        let is_same = fs::read(&shown).expect("readable") == drawn;
-        assert!(is_same, "{} is not what is drawn now", shown.display());
+        assert_drawn_from_data(name, &[]);
     }
 }

@@ -1,46 +1,22 @@
 //! `gmlvm chart --scaling`: what it prints, draws, exports, reads again and refuses. No test depends on
 //! how long anything takes.
 
-use std::fs;
-use std::path::Path;
-
 use serde_json::Value;
 
-use crate::gmlvm::{Ended, Sandbox};
+use crate::chart::{assert_drawn_from_data, chart, charted, json, list, number, texts};
+use crate::gmlvm::Sandbox;
 
 #[allow(dead_code, reason = "it serves several test programs")]
 #[path = "support/gmlvm.rs"]
 mod gmlvm;
 
+#[allow(dead_code, reason = "it serves several test programs")]
+#[path = "support/chart.rs"]
+mod chart;
+
+const COMMON: &[&str] = &["--runs", "2", "--warmup", "0", "--size", "16x12"];
+
 const SERIES: [&str; 4] = ["spheres", "holes", "reflections", "lights"];
-
-fn chart(sandbox: &Sandbox, args: &[&str]) -> Ended {
-    let common = ["chart", "--runs", "2", "--warmup", "0", "--size", "16x12"];
-    sandbox.run(&[&common[..], args].concat())
-}
-
-fn charted(sandbox: &Sandbox, args: &[&str]) -> String {
-    let ended = chart(sandbox, args);
-    assert_eq!((ended.code, ended.stderr.as_str()), (0, ""), "{}", ended.text());
-    ended.text().to_owned()
-}
-
-fn json(bytes: &[u8]) -> Value {
-    serde_json::from_slice(bytes).expect("JSON")
-}
-
-fn list(value: &Value) -> &[Value] {
-    value.as_array().unwrap_or_else(|| panic!("no list: {value}"))
-}
-
-fn number(value: &Value) -> u64 {
-    value.as_u64().unwrap_or_else(|| panic!("no number: {value}"))
-}
-
-/// The texts of an SVG file.
-fn texts(svg: &str) -> Vec<&str> {
-    svg.split("</text>").filter_map(|part| part.rsplit('>').next()).map(str::trim).collect()
-}
 
 #[test]
 fn series_become_tables_data_and_a_drawing() {
@@ -214,17 +190,8 @@ fn bad_data_is_refused() {
     assert!(!svg.contains('\u{1b}') && !svg.contains("[2J<text>"), "{svg}");
 }
 
-/// The drawing of the documentation is that of the data beside it; `GMLVM_BLESS=1` draws it anew.
+/// The drawing of the documentation is that of the data beside it.
 #[test]
 fn the_chart_of_the_documentation_is_of_its_data() {
-    let shown = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/charts/scaling.svg");
-    let sandbox = Sandbox::new();
-    let data = shown.with_extension("json").display().to_string();
-    charted(&sandbox, &["--scaling", &data, "-o", "c.svg"]);
-    let drawn = sandbox.read("c.svg");
-    if std::env::var_os("GMLVM_BLESS").is_some() {
-        fs::write(&shown, &drawn).expect("written");
-    }
-    let is_same = fs::read(&shown).expect("readable") == drawn;
-    assert!(is_same, "{} is not what is drawn now", shown.display());
+    assert_drawn_from_data("scaling", &["--scaling"]);
 }

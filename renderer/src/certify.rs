@@ -69,6 +69,19 @@ struct Worker<'s, E> {
     exact: Shader<'s, Ball<Dd>, E>,
 }
 
+impl<'s, E: SurfaceEval> Worker<'s, E> {
+    fn new(
+        scene: &'s CertainScene,
+        illumination: &'s Illumination,
+        surfaces: impl Fn() -> E,
+    ) -> Self {
+        Worker {
+            quick: Shader::new(&scene.quick, illumination, surfaces()).giving_up(),
+            exact: Shader::new(&scene.exact, illumination, surfaces()),
+        }
+    }
+}
+
 /// An image, how each of its pixels is known, and the rays that it took.
 pub type Certified<P> = (Image<P>, Vec<Certainty>, RayCounts);
 
@@ -84,10 +97,7 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Certified<P>, Failure<E::Error>> {
     let (quick_grid, exact_grid) = (view.grid(1), view.grid(1));
-    let make = || Worker {
-        quick: Shader::new(&scene.quick, illumination, worker()).giving_up(),
-        exact: Shader::new(&scene.exact, illumination, worker()),
-    };
+    let make = || Worker::new(scene, illumination, &worker);
     let (found, workers) = pixels(view, 1, make, progress, |worker, column, row| {
         let Worker { quick, exact } = worker;
         let light = quick.radiance(&quick_grid, ImagePoint::centre(column, row));
@@ -107,6 +117,55 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     }
     let (pixels, certainties) = found.into_iter().unzip();
     Ok((Image { width: view.width, height: view.height, pixels }, certainties, counts))
+}
+
+/// A channel of a pixel's linear light in balls of doubles, and how far it is from the exact number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Account {
+    /// How far off it may be, by the ball's radius; infinite where balls of doubles leave it open.
+    pub bound: f64,
+    /// How far the ball's middle is from the number in double-double; NaN if that is left open.
+    pub error: f64,
+    /// How far off the number in double-double may be.
+    pub exact_bound: f64,
+}
+
+/// What balls say of each pixel of the view, by channel, and what is so; none where balls of
+/// double-double leave open what there is to see.
+///
+/// # Errors
+/// As [`certify`].
+pub fn accounts<E: SurfaceEval + Send>(
+    scene: &CertainScene,
+    illumination: &Illumination,
+    view: &View,
+    worker: impl Fn() -> E + Sync,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Vec<Option<[Account; 3]>>, Failure<E::Error>> {
+    let (quick_grid, exact_grid) = (view.grid(1), view.grid(1));
+    let make = || Worker::new(scene, illumination, &worker);
+    let (accounts, _) = pixels(view, 1, make, progress, |worker, column, row| {
+        let Worker { quick, exact } = worker;
+        let rough = quick.radiance(quick_grid.centre_ray(column, row)).ok();
+        let rough = rough.filter(|_| quick.doubt.is_none());
+        let light = exact.radiance(exact_grid.centre_ray(column, row))?;
+        Ok(exact.doubt.is_none().then(|| account(rough, light)))
+    })?;
+    Ok(accounts)
+}
+
+/// A colour in balls of doubles, if they know it, beside the same in double-double.
+fn account(rough: Option<Vec3<Ball<f64>>>, light: Vec3<Ball<Dd>>) -> [Account; 3] {
+    let exact: [Ball<Dd>; 3] = light.into();
+    let rough: Option<[Ball<f64>; 3]> = rough.map(Vec3::into);
+    [0, 1, 2].map(|channel| {
+        let exact = exact[channel];
+        let (bound, error) = rough.map_or((f64::INFINITY, f64::NAN), |rough| {
+            let middle = Ball::from_f64(rough[channel].to_f64());
+            (rough[channel].radius(), (exact - middle).to_f64().abs())
+        });
+        Account { bound, error, exact_bound: exact.radius() }
+    })
 }
 
 /// A colour that a shader has found as a pixel, and why that is not certain.

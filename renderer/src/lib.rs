@@ -13,6 +13,7 @@ mod hierarchy;
 pub mod image;
 mod intern;
 pub mod light;
+pub mod line;
 pub mod numeric;
 pub mod object;
 mod obstacles;

@@ -61,6 +61,12 @@ impl Omissions {
         Omissions(self.0 & !(1 << part as u8))
     }
 
+    /// The same, but this part may as well.
+    #[must_use]
+    pub fn with(self, part: Part) -> Self {
+        Omissions(self.0 | 1 << part as u8)
+    }
+
     /// Whether a part may be left out.
     #[inline(always)]
     #[must_use]

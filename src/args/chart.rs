@@ -8,13 +8,14 @@ use clap::builder::PossibleValuesParser;
 use crate::args::{Inputs, LimitArgs, PictureArgs};
 use crate::chart::methods::Method;
 use crate::chart::scaling::series::{ALL, MAX_SIZE, Series};
+use crate::chart::study::sets::SETS;
 use crate::values;
 
 /// `gmlvm chart`.
 #[derive(Debug, clap::Args)]
 pub(crate) struct ChartArgs {
     /// Programs, which are measured, and files of `--export`, whose measurements are taken as they are
-    #[arg(required_unless_present = "scaling", value_name = "SCENE|FILE.json")]
+    #[arg(required_unless_present_any = ["scaling", "set"], value_name = "SCENE|FILE.json")]
     pub(crate) scenes: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) inputs: Inputs,
@@ -25,6 +26,9 @@ pub(crate) struct ChartArgs {
     /// Chart how the time for a ray grows, in all series of scenes or in these; files are of such charts
     #[arg(long, value_name = "SERIES,...", num_args = 0..=1, require_equals = true, value_delimiter = ',', default_missing_value = ALL, value_parser = PossibleValuesParser::new(Series::words()), conflicts_with_all = ["methods", "defines", "include_dirs", "depth"], help_heading = "Measurement")]
     pub(crate) scaling: Option<Vec<String>>,
+    /// Chart one of these sets instead, which are measured in ways of their own; files are of that set
+    #[arg(long, value_name = "SET", value_parser = PossibleValuesParser::new(SETS.iter().map(|set| set.name)), conflicts_with_all = ["methods", "scaling"], help_heading = "Measurement")]
+    pub(crate) set: Option<String>,
     /// The largest number of solids, holes, reflections or lights
     #[arg(long, value_name = "N", default_value_t = MAX_SIZE, value_parser = clap::value_parser!(u64).range(1..), requires = "scaling", help_heading = "Measurement")]
     pub(crate) up_to: u64,
@@ -76,6 +80,18 @@ a plate, reflections of each ray, or lights. The scenes are made by programs of 
 rendered once in each round, from its program on. Rays of all kinds count. The growth that is told is \
 the median of the rounds' ratios, with an interval of 95 % confidence.
 
+With --set, it is one of these:
+  distance     ways to intersect a line and a sphere, from more and more far away
+  stability    wrong pixels of each case of `gmlvm stability`, by method
+  certainty    how certified pixels of scenes are known, and what that costs
+  bounces      how errors grow from reflection to reflection
+  bounds       how far off pixels of scenes may be by their bounds, and are
+  omissions    the time for a pixel, as what a scene does not need is left out step by step
+  differences  where methods differ from the certified images of scenes
+  threads      how much faster scenes are traced by two threads
+
+Distance, stability and bounces are measured on what is part of the program, the others on scenes.
+
 The tables are printed. Exits with the code of the first scene that fails; the others are charted.";
 
 pub(super) const CHART_EXAMPLES: &str = "\
@@ -85,6 +101,8 @@ Examples:
   gmlvm chart scene.gml --export data.json -o a.html
   gmlvm chart data.json -o a.png                     the same, without measuring again
   gmlvm chart scene.gml --methods jit-f64,jit-dd --runs 30 -o two.svg
+  gmlvm chart --set certainty scenes/*.gml -o certainty.svg
+  gmlvm chart --set distance --export far.json -o far.svg
   gmlvm chart --scaling --export growth.json -o growth.svg
   gmlvm chart --scaling=spheres,holes --up-to 1000 --size 80x60
   gmlvm chart --scaling growth.json -o growth.png    the same, without measuring again";

@@ -5,7 +5,7 @@ use std::ffi::{OsStr, OsString};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 
-use crate::args::{Args, response, sampling};
+use crate::args::{Args, contradictions, response};
 use crate::clean::clean;
 
 /// Names of the commands, for telling them from scenes.
@@ -37,7 +37,7 @@ pub(crate) fn parse() -> Args {
         let cleaned = args.iter().map(|argument| clean(&argument.to_string_lossy()).into_owned());
         Args::try_parse_from(cleaned).err().unwrap_or(error).exit()
     });
-    sampling::refuse_contradictions(&parsed.command);
+    contradictions::refuse(&parsed.command);
     parsed.line = args.into_iter().skip(1).filter(|argument| argument != "--watch").collect();
     parsed
 }

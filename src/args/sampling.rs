@@ -1,10 +1,7 @@
 //! The options that say which samples make a pixel.
 
-use clap::error::ErrorKind;
-use clap::{CommandFactory, value_parser};
+use clap::value_parser;
 use renderer::sampling::Sampling;
-
-use crate::args::{Args, Command, Precision};
 
 /// The depth of `--adaptive` by itself: as many samples as 8 x 8 where all look different.
 const DEPTH: &str = "3";
@@ -53,22 +50,5 @@ pub(crate) fn name(sampling: Sampling) -> String {
         Sampling::Centre => "centre".to_owned(),
         Sampling::Grid(n) => format!("grid {n}"),
         Sampling::Adaptive(depth) => format!("adaptive {depth}"),
-    }
-}
-
-/// Ends the process, with exit code 2, if options contradict one another that are not contradictory by
-/// themselves.
-pub(super) fn refuse_contradictions(command: &Command) {
-    let (sampling, certifies) = match command {
-        Command::Run(args) => (args.sampling, args.precision() == Precision::Certified),
-        Command::Bench(args) => (args.sampling, args.precision.contains(&Precision::Certified)),
-        _ => return,
-    };
-    if certifies && let Some(option) = sampling.option() {
-        let message = format!(
-            "'{option}' cannot be used with '--certify', which is about one sample at the \
-             centre of each pixel"
-        );
-        Args::command().error(ErrorKind::ArgumentConflict, message).exit();
     }
 }

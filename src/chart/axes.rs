@@ -139,6 +139,7 @@ impl Axes {
 }
 
 /// One axis, for the library that draws.
+#[derive(Clone)]
 pub(super) struct Axis {
     pub(super) range: [f64; 2],
     pub(super) ticks: Vec<f64>,
@@ -215,6 +216,16 @@ pub(super) fn plain(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
+/// A size, with k for thousands and M for millions.
+pub(super) fn short(n: f64) -> String {
+    let n = n.round();
+    match n {
+        n if n >= 1e6 => format!("{} M", n / 1e6),
+        n if n >= 1e3 => format!("{} k", n / 1e3),
+        n => n.to_string(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,5 +244,11 @@ mod tests {
         assert!(low < -2.0 && high > 1.0 && low > -2.3 && high < 1.3);
         assert_eq!(range([3.0, f64::INFINITY, -1.0].into_iter()), [-1.0, 3.0]);
         assert_eq!(range(std::iter::empty()), [-1.0, 0.0]);
+    }
+
+    #[test]
+    fn sizes_are_written_shortly() {
+        let all = [1.0, 30.000_000_001, 999.999_999_9, 10_000.0, 1e6].map(short);
+        assert_eq!(all, ["1", "30", "1 k", "10 k", "1 M"]);
     }
 }

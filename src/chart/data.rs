@@ -171,7 +171,7 @@ pub(super) fn are_times(times: &[f64], may_be_zero: bool) -> bool {
 }
 
 /// A text of a file, fit to be shown.
-fn shown(text: &str) -> String {
+pub(super) fn shown(text: &str) -> String {
     clean(&shortened(text)).into_owned()
 }
 

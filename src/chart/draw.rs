@@ -9,7 +9,8 @@ use crate::chart::data::{Chart, Data, Figures};
 use crate::chart::front;
 use crate::chart::methods::{Diagram, Family, Look, METHODS, Method, Shape};
 use crate::chart::page::Sheet;
-use crate::chart::table::{self, Table};
+use crate::chart::panel::{self, Frame};
+use crate::chart::table::{self, ONE_THREAD, Table};
 
 /// Pixels.
 pub(super) const WIDTH: u32 = 800;
@@ -21,7 +22,6 @@ const LEGEND_COLUMNS: usize = 5;
 pub(super) const FONT: &str = "sans-serif";
 pub(super) const INK: RGBColor = RGBColor(34, 34, 34);
 pub(super) const FAINT: RGBColor = RGBColor(221, 221, 221);
-const BAND: RGBColor = RGBColor(240, 240, 240);
 const FRONT: RGBColor = RGBColor(110, 110, 110);
 
 pub(crate) type Area<B> = DrawingArea<B, Shift>;
@@ -44,14 +44,17 @@ pub(super) fn color(family: Family) -> RGBColor {
 }
 
 impl Sheet for Data {
-    const TITLE: &'static str = "Work and precision";
+    fn title(&self) -> &'static str {
+        "Work and precision"
+    }
 
     fn size(&self) -> (u32, u32) {
-        size(self.charts.len(), &foot(self))
+        let n_panels = self.charts.len();
+        size(n_panels, Layout::of(n_panels), &foot(self))
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        draw(area, &self.charts, draw_panel, &foot(self))
+        draw(area, &self.charts, Layout::of(self.charts.len()), draw_panel, &foot(self))
     }
 
     fn tables(&self) -> Vec<Table> {
@@ -59,14 +62,36 @@ impl Sheet for Data {
     }
 
     fn captions(&self) -> Vec<String> {
-        table::captions(self.charts.iter().map(|chart| &chart.about))
+        table::captions(self.charts.iter().map(|chart| &chart.about), ONE_THREAD)
+    }
+}
+
+/// What something is drawn as, in legends.
+pub(super) enum Sign {
+    /// A mark, and whether it is filled.
+    Mark(Look, bool),
+    /// An area of a colour.
+    Swatch(RGBColor),
+}
+
+/// How panels are laid out, all of one size.
+#[derive(Clone, Copy)]
+pub(super) struct Layout {
+    pub(super) n_columns: usize,
+    /// In pixels.
+    pub(super) panel_height: u32,
+}
+
+impl Layout {
+    /// That of so many panels with axes.
+    pub(super) fn of(n_panels: usize) -> Layout {
+        Layout { n_columns: n_columns(n_panels), panel_height: PANEL_HEIGHT }
     }
 }
 
 /// What stands below all panels.
 pub(super) struct Foot {
-    /// Marks, whether they are filled, and what they stand for.
-    pub(super) legend: Vec<(Look, bool, &'static str)>,
+    pub(super) legend: Vec<(Sign, &'static str)>,
     pub(super) lines: Vec<String>,
 }
 
@@ -78,12 +103,13 @@ impl Foot {
 }
 
 /// The size that a drawing of so many panels takes.
-pub(super) fn size(n_panels: usize, foot: &Foot) -> (u32, u32) {
-    let n_rows = n_panels.div_ceil(n_columns(n_panels));
-    (WIDTH, n_rows as u32 * PANEL_HEIGHT + foot.height())
+pub(super) fn size(n_panels: usize, layout: Layout, foot: &Foot) -> (u32, u32) {
+    let n_rows = n_panels.div_ceil(layout.n_columns);
+    (WIDTH, n_rows as u32 * layout.panel_height + foot.height())
 }
 
-fn n_columns(n_panels: usize) -> usize {
+/// How many panels with axes stand side by side.
+pub(super) fn n_columns(n_panels: usize) -> usize {
     n_panels.clamp(1, 2)
 }
 
@@ -94,15 +120,15 @@ fn n_columns(n_panels: usize) -> usize {
 pub(super) fn draw<B: DrawingBackend, P>(
     area: &Area<B>,
     all: &[P],
+    layout: Layout,
     draw_panel: impl Fn(&Area<B>, &Area<B>, &P) -> Drawn<B>,
     foot: &Foot,
 ) -> Drawn<B> {
     area.fill(&WHITE)?;
     let (_, height) = area.dim_in_pixel();
     let (panels, foot_area) = area.split_vertically(height.saturating_sub(foot.height()));
-    let n_columns = n_columns(all.len());
-    let n_rows = all.len().div_ceil(n_columns);
-    for (panel, of) in panels.split_evenly((n_rows.max(1), n_columns)).iter().zip(all) {
+    let n_rows = all.len().div_ceil(layout.n_columns);
+    for (panel, of) in panels.split_evenly((n_rows.max(1), layout.n_columns)).iter().zip(all) {
         draw_panel(area, panel, of)?;
     }
     draw_foot(&foot_area, foot)
@@ -115,31 +141,11 @@ pub(super) fn text(size: u32) -> TextStyle<'static> {
 /// Draws a panel. `page` is the area of the whole drawing.
 fn draw_panel<B: DrawingBackend>(page: &Area<B>, panel: &Area<B>, chart: &Chart) -> Drawn<B> {
     let axes = Axes::new(chart);
-    let [x_title, y_title] = axes.titles();
-    let [x_axis, y_axis] = axes.both();
-    panel.draw_text(&table::heading(chart), &text(14), (68, 10))?;
-    let (plot, notes) = panel.split_vertically(PANEL_HEIGHT - NOTES_HEIGHT);
-    let mut context = ChartBuilder::on(&plot)
-        .margin_top(30)
-        .margin_right(14)
-        .margin_left(4)
-        .x_label_area_size(36)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x_axis, y_axis)?;
-    let [left, right] = axes.x;
-    let band = Rectangle::new([(left, axes.y[0]), (right, axes.zeros)], BAND.filled());
-    context.draw_series([band])?;
-    context
-        .configure_mesh()
-        .bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style(text(11))
-        .axis_desc_style(text(11))
-        .x_desc(x_title)
-        .y_desc(y_title)
-        .draw()?;
-    let at = |place: (f64, f64)| context.plotting_area().map_coordinate(&place);
+    let heading = table::heading(chart);
+    let zeros = Some(axes.zeros);
+    let frame = Frame { heading: &heading, axes: axes.both(), titles: axes.titles(), zeros };
+    let (at, notes) = panel::open(panel, frame)?;
+    let left = axes.x[0];
     let small = text(10).pos(Pos::new(HPos::Left, VPos::Bottom));
     let label = |text: &str, place: (f64, f64)| {
         let (x, y) = at(place);
@@ -249,7 +255,7 @@ pub(super) fn draw_mark<B: DrawingBackend>(
 }
 
 /// A cross for a method without an image, with its mark beside it.
-fn draw_cross<B: DrawingBackend>(page: &Area<B>, (x, y): Pixel, look: Look) -> Drawn<B> {
+pub(super) fn draw_cross<B: DrawingBackend>(page: &Area<B>, (x, y): Pixel, look: Look) -> Drawn<B> {
     page.draw(&Cross::new((x - 9, y), 5, color(look.family).stroke_width(2)))?;
     draw_mark(page, (x + 9, y), look, false)
 }
@@ -298,7 +304,8 @@ fn shown_methods(data: &Data) -> Vec<&'static Method> {
 }
 
 fn foot(data: &Data) -> Foot {
-    let legend = shown_methods(data).into_iter().map(|method| (method.look, true, method.name));
+    let legend =
+        shown_methods(data).into_iter().map(|method| (Sign::Mark(method.look, true), method.name));
     let mut lines = vec![KEY.to_owned()];
     lines.extend(data.captions());
     Foot { legend: legend.collect(), lines }
@@ -308,9 +315,16 @@ fn draw_foot<B: DrawingBackend>(area: &Area<B>, foot: &Foot) -> Drawn<B> {
     let style = text(11);
     let mut y = 8;
     for entries in foot.legend.chunks(LEGEND_COLUMNS) {
-        for (column, (look, is_filled, name)) in entries.iter().enumerate() {
+        for (column, (sign, name)) in entries.iter().enumerate() {
             let x = 20 + column as i32 * (WIDTH as i32 - 20) / LEGEND_COLUMNS as i32;
-            draw_mark(area, (x, y + 5), *look, *is_filled)?;
+            match sign {
+                Sign::Mark(look, is_filled) => draw_mark(area, (x, y + 5), *look, *is_filled)?,
+                Sign::Swatch(color) => {
+                    let corners = [(x - 5, y), (x + 5, y + 10)];
+                    area.draw(&Rectangle::new(corners, color.filled()))?;
+                    area.draw(&Rectangle::new(corners, INK))?;
+                }
+            }
             area.draw_text(name, &style, (x + 12, y))?;
         }
         y += LINE_HEIGHT;

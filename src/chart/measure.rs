@@ -29,6 +29,7 @@ pub(crate) struct Bench<'b> {
     pub(crate) args: &'b ChartArgs,
     /// One thread, whose processor time is measured.
     pub(crate) thread: &'b ThreadPool,
+    pub(crate) two_threads: &'b ThreadPool,
     /// What references are traced by.
     pub(crate) all_threads: &'b ThreadPool,
     pub(crate) about: &'b About,
@@ -40,30 +41,72 @@ pub(crate) struct Bench<'b> {
 /// # Errors
 /// What is wrong with the scene.
 pub(crate) fn measure(scene: &Path, bench: Bench<'_>) -> Result<Vec<Chart>, Failure> {
+    let name = clean(&scene.display().to_string()).into_owned();
+    let mut contest = Contest::new(&name, bench);
+    each_image(scene, bench, &mut |job, plan, number| contest.image(job, plan, number))?;
+    Ok(contest.charts())
+}
+
+/// What is done with an image, which comes with its number from 1 on.
+pub(crate) type OfImage<'f> =
+    &'f mut dyn FnMut(&RenderJob<'_>, &Plan, u64) -> Result<(), Box<Diagnostic>>;
+
+/// Runs the program of a scene, and does something with each image that it asks for.
+///
+/// # Errors
+/// What is wrong with the scene, or that it asks for none.
+pub(crate) fn each_image(
+    scene: &Path,
+    bench: Bench<'_>,
+    of_image: OfImage<'_>,
+) -> Result<(), Failure> {
     let Bench { args, reporter, .. } = bench;
     let mut source = Source::read(scene, &args.inputs, reporter)?;
     let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
-    let name = clean(&scene.display().to_string()).into_owned();
-    let mut host = Contest::new(&name, bench);
+    let mut host = Images { bench, of_image, n_images: 0, stopped_by: None };
     let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);
     outcome.map_err(|error| match host.stopped_by.take() {
         Some(failure) => failure,
         None => source.stopped(error.into_diagnostic(), reporter),
     })?;
     if host.n_images == 0 {
+        let name = clean(&scene.display().to_string()).into_owned();
         return Err(Failure::Usage(format!("`{name}` renders no image that could be charted")));
     }
-    Ok(host.charts())
+    Ok(())
 }
 
-/// A host that renders each job by all methods.
+/// A host that does something with each job.
+struct Images<'b> {
+    bench: Bench<'b>,
+    of_image: OfImage<'b>,
+    n_images: u64,
+    stopped_by: Option<Failure>,
+}
+
+impl Host for Images<'_> {
+    fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        let picture = &self.bench.args.picture;
+        job.depth = picture.depth.unwrap_or(job.depth);
+        self.n_images += 1;
+        match Plan::new(&job, picture) {
+            Ok(plan) => (self.of_image)(&job, &plan, self.n_images),
+            Err(failure) => {
+                // What is returned is never shown.
+                self.stopped_by = Some(failure);
+                Err(run::stopped())
+            }
+        }
+    }
+}
+
+/// All methods, which render each image.
 struct Contest<'b> {
     scene: &'b str,
     bench: Bench<'b>,
     contenders: Vec<Contender>,
     n_images: u64,
     n_pixels: u64,
-    stopped_by: Option<Failure>,
 }
 
 /// A method in the contest.
@@ -102,7 +145,7 @@ impl<'b> Contest<'b> {
             stopped: None,
         };
         let contenders = METHODS.iter().filter(is_asked).map(contender).collect();
-        Contest { scene, bench, contenders, n_images: 0, n_pixels: 0, stopped_by: None }
+        Contest { scene, bench, contenders, n_images: 0, n_pixels: 0 }
     }
 
     fn diagrams(&self) -> impl Iterator<Item = Diagram> {
@@ -140,13 +183,15 @@ impl<'b> Contest<'b> {
         args.limits.check(job, self.n_images, width, height, precision)
     }
 
-    fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+    fn image(
+        &mut self,
+        job: &RenderJob<'_>,
+        plan: &Plan,
+        number: u64,
+    ) -> Result<(), Box<Diagnostic>> {
         let Bench { args, thread, reporter, .. } = self.bench;
-        let plan = match Plan::new(job, &args.picture) {
-            Ok(plan) => plan,
-            Err(failure) => return Err(self.stop(failure)),
-        };
-        let references = self.references(job, &plan)?;
+        self.n_images = number;
+        let references = self.references(job, plan)?;
         let mut contenders = std::mem::take(&mut self.contenders);
         for contender in &mut contenders {
             contender.begin(self.check(job, contender.method.render));
@@ -157,7 +202,7 @@ impl<'b> Contest<'b> {
         let bar = rounds.bar(self.scene, contenders.len(), reporter.quiet);
         let done: Result<(), std::convert::Infallible> =
             rounds.each(contenders.len(), |index, counts| {
-                contenders[index].run(job, &plan, setting, &references, counts);
+                contenders[index].run(job, plan, setting, &references, counts);
                 bar.inc(1);
                 Ok(())
             });
@@ -181,20 +226,6 @@ impl<'b> Contest<'b> {
             about: self.bench.about.clone(),
         };
         diagrams.into_iter().map(chart).collect()
-    }
-
-    /// Ends the program for a reason that is none of its own; what is returned is never shown.
-    fn stop(&mut self, failure: Failure) -> Box<Diagnostic> {
-        self.stopped_by = Some(failure);
-        run::stopped()
-    }
-}
-
-impl Host for Contest<'_> {
-    fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
-        job.depth = self.bench.args.picture.depth.unwrap_or(job.depth);
-        self.n_images += 1;
-        self.image(&job)
     }
 }
 

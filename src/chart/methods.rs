@@ -19,7 +19,7 @@ pub(crate) struct Method {
 }
 
 /// What a method does.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Render {
     /// The tracer, one ray through the centre of each pixel.
     Tracer(Engine, Precision),
@@ -30,7 +30,7 @@ pub(crate) enum Render {
 }
 
 /// The numbers of the naive tracer.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Numbers {
     /// Single precision, 24 bits.
     F32,
@@ -155,4 +155,5 @@ pub(crate) const METHODS: &[Method] = &[
     method("adaptive-1", Family::Adaptive, Shape::Circle, Sampled(Adaptive(1))),
     method("adaptive-2", Family::Adaptive, Shape::Square, Sampled(Adaptive(2))),
     method("adaptive-3", Family::Adaptive, Shape::Diamond, Sampled(Adaptive(3))),
+    method("adaptive-4", Family::Adaptive, Shape::Up, Sampled(Adaptive(4))),
 ];

@@ -9,6 +9,7 @@ pub(crate) mod measure;
 pub(crate) mod methods;
 pub(crate) mod page;
 pub(crate) mod scaling;
+pub(crate) mod study;
 pub(crate) mod table;
 
 mod axes;
@@ -16,4 +17,5 @@ mod doubled;
 mod draw;
 mod errors;
 mod front;
+mod panel;
 mod render;

@@ -49,7 +49,7 @@ impl Format {
 /// Measurements as they are shown.
 pub(crate) trait Sheet {
     /// What they are about.
-    const TITLE: &'static str;
+    fn title(&self) -> &'static str;
 
     /// The size that a drawing of them takes.
     fn size(&self) -> (u32, u32);
@@ -150,8 +150,8 @@ td:last-child { white-space: normal; }
 ";
 
 /// A page that needs nothing from elsewhere.
-fn page<S: Sheet>(data: &S, svg: &str, out: &mut dyn Write) -> io::Result<()> {
-    let mut text = HEAD.replace("TITLE", S::TITLE);
+fn page(data: &impl Sheet, svg: &str, out: &mut dyn Write) -> io::Result<()> {
+    let mut text = HEAD.replace("TITLE", data.title());
     text.push_str(svg);
     for Table { title, headings, rows, notes } in data.tables() {
         let cells = |tag: &str, row: &[String]| {

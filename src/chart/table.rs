@@ -156,11 +156,11 @@ pub(super) fn plural(n: u64, word: &str) -> String {
     format!("{} {word}{}", grouped(n), if n == 1 { "" } else { "s" })
 }
 
-/// Where and how something was measured: a line for each place.
-pub(super) fn captions<'a>(all: impl IntoIterator<Item = &'a About>) -> Vec<String> {
+/// Where and how something was measured: a line for each place. `threads` are what it ran on.
+pub(super) fn captions<'a>(all: impl IntoIterator<Item = &'a About>, threads: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for about in all {
-        let line = about.line();
+        let line = about.line(threads);
         if !lines.contains(&line) {
             lines.push(line);
         }
@@ -168,14 +168,17 @@ pub(super) fn captions<'a>(all: impl IntoIterator<Item = &'a About>) -> Vec<Stri
     lines
 }
 
+/// What nearly everything runs on.
+pub(super) const ONE_THREAD: &str = "one thread";
+
 impl About {
     /// All of it in a line.
-    pub(crate) fn line(&self) -> String {
+    fn line(&self, threads: &str) -> String {
         let About { version, build, date, machine } = self;
         let cores = if machine.cores == 1 { "core" } else { "cores" };
         let load = machine.load.map(|load| format!(", load {load:.1}")).unwrap_or_default();
         format!(
-            "gmlvm {version} ({build}) on {}, {} {cores}{load}; one thread; {date}",
+            "gmlvm {version} ({build}) on {}, {} {cores}{load}; {threads}; {date}",
             machine.cpu, machine.cores
         )
     }

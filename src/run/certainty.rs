@@ -5,7 +5,7 @@ use std::path::Path;
 use compiler::diagnostic::{Diagnostic, grouped};
 use renderer::certify::Certainty;
 use renderer::shade::Doubt;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use vm::host::RenderJob;
 
 use crate::args::ImageFormat;
@@ -15,7 +15,7 @@ use crate::output::Target;
 use crate::run::naming::{self, Number};
 
 /// Numbers of pixels by how they are known.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct Known {
     /// By bounds in doubles.
     pub(crate) f64: u64,
@@ -26,7 +26,7 @@ pub(crate) struct Known {
 }
 
 /// Numbers of pixels that hang on rules, by what is left open first.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct ByRules {
     pub(crate) boundary: u64,
     pub(crate) light: u64,
@@ -51,6 +51,14 @@ impl Known {
             *number += 1;
         }
         known
+    }
+
+    /// Of all pixels.
+    pub(crate) fn total(&self) -> u64 {
+        let ByRules { boundary, light, surface, color } = self.rules;
+        [self.f64, self.dd, boundary, light, surface, color]
+            .iter()
+            .fold(0, |n, m| n.saturating_add(*m))
     }
 
     /// A line that says it.
@@ -117,7 +125,7 @@ pub(crate) fn write_marks(
 }
 
 /// The colour that stands for a certainty; those of doubts can be told apart with any colour vision.
-fn color(certainty: &Certainty) -> [u8; 3] {
+pub(crate) const fn color(certainty: &Certainty) -> [u8; 3] {
     match certainty {
         Certainty::Unknown | Certainty::Double => [0, 0, 0],
         Certainty::DoubleDouble => [96, 96, 96],

@@ -29,7 +29,7 @@ use crate::run::stats::{ImageStats, Stats, seconds};
 use crate::trace::{self, Settings, TraceFailure, Traced};
 use crate::values::Size;
 
-mod certainty;
+pub(crate) mod certainty;
 pub(crate) mod digest;
 mod economy;
 pub(crate) mod naming;

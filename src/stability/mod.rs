@@ -54,6 +54,17 @@ impl Method {
     }
 }
 
+/// A way to render that can be held against what is known of a case.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Way {
+    /// The renderer.
+    Ours(Method),
+    /// The naive one in doubles, with this epsilon.
+    NaiveDoubles(f64),
+    /// The same in single precision.
+    NaiveSingles(f64),
+}
+
 /// How far images of a case are from what is known of them.
 pub(crate) struct Row {
     pub(crate) case: &'static Case,
@@ -87,24 +98,45 @@ fn measure(
     threads: &ThreadPool,
     reporter: &Reporter,
 ) -> Result<Row, Failure> {
+    let ours = methods.iter().map(|method| Way::Ours(*method));
+    let ways: Vec<_> = std::iter::once(Way::NaiveDoubles(naive::EPSILON)).chain(ours).collect();
+    let Wrong { n_pixels, mut by_way } = wrong(case, &ways, threads, reporter)?;
+    let ours = by_way.split_off(1);
+    Ok(Row { case, n_pixels, naive: by_way[0], ours })
+}
+
+/// What of a case's images is not as it must be.
+pub(crate) struct Wrong {
+    /// Pixels of all images.
+    pub(crate) n_pixels: u64,
+    /// Wrong pixels, and rays that are blocked by nothing, of each way.
+    pub(crate) by_way: Vec<u64>,
+}
+
+/// Renders a case in each of these ways.
+///
+/// # Errors
+/// What is wrong with the scene.
+pub(crate) fn wrong(
+    case: &'static Case,
+    ways: &[Way],
+    threads: &ThreadPool,
+    reporter: &Reporter,
+) -> Result<Wrong, Failure> {
     let mut sources = SourceMap::default();
     let file = sources.add(&format!("{}.gml", case.name), case.text.as_bytes().to_vec());
     let file = file.expect("the suite's scenes are short");
     let program = compiler::compile(&mut sources, file, &mut Embedded, &[])
         .map_err(|diagnostics| reporter.diagnostics(&diagnostics, &sources, None))?;
     let program = Arc::new(LoadedProgram::new(program));
-    let ours = methods.iter().map(|_| Vec::new()).collect();
-    let mut images = Images { methods, threads, naive: Vec::new(), ours };
+    let by_way = ways.iter().map(|_| Vec::new()).collect();
+    let mut images = Images { ways, threads, by_way };
     Machine::new(&program, LIMITS)
         .run(&mut images)
         .map_err(|error| reporter.diagnostics(&[error.into_diagnostic()], &sources, None))?;
-    let error = |images: &Vec<Image>| case.oracle.error(images);
-    Ok(Row {
-        case,
-        n_pixels: images.naive.iter().map(Image::n_pixels).sum(),
-        naive: error(&images.naive),
-        ours: images.ours.iter().map(error).collect(),
-    })
+    let Images { by_way, .. } = images;
+    let n_pixels = by_way.first().map_or(0, |images| images.iter().map(Image::n_pixels).sum());
+    Ok(Wrong { n_pixels, by_way: by_way.iter().map(|images| case.oracle.error(images)).collect() })
 }
 
 /// The file that scenes of the suite include.
@@ -116,30 +148,31 @@ impl Includes for Embedded {
     }
 }
 
-/// A host that renders each job with all methods.
-struct Images<'m> {
-    methods: &'m [Method],
-    threads: &'m ThreadPool,
-    naive: Vec<Image>,
-    /// By method.
-    ours: Vec<Vec<Image>>,
+/// A host that renders each job in all ways.
+struct Images<'w> {
+    ways: &'w [Way],
+    threads: &'w ThreadPool,
+    by_way: Vec<Vec<Image>>,
 }
 
 impl Host for Images<'_> {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
-        self.naive.push(naive_image(&job));
-        for (method, images) in self.methods.iter().zip(&mut self.ours) {
-            images.push(render(&job, *method, self.threads));
+        for (way, images) in self.ways.iter().zip(&mut self.by_way) {
+            images.push(match *way {
+                Way::Ours(method) => render(&job, method, self.threads),
+                Way::NaiveDoubles(epsilon) => naive_image::<f64>(&job, epsilon),
+                Way::NaiveSingles(epsilon) => naive_image::<f32>(&job, epsilon),
+            });
         }
         Ok(())
     }
 }
 
-fn naive_image(job: &RenderJob<'_>) -> Image {
+fn naive_image<F: naive::Number>(job: &RenderJob<'_>, epsilon: f64) -> Image {
     let illumination = job.illumination(Dialect::Auto);
     let (_, functions) = surfaces::scene::<f64>(&job.object);
     let naive::Traced { pixels, n_blocked } =
-        naive::Tracer::<f64>::new(job, &functions, &illumination, LIMITS, naive::EPSILON)
+        naive::Tracer::<F>::new(job, &functions, &illumination, LIMITS, epsilon)
             .expect("no solid of the suite is nested deep")
             .trace(&View::whole(job.width, job.height, job.fov_deg), &|_| {});
     let pixels = pixels.into_iter().map(|light| light.map(<[u8; 3]>::from_linear)).collect();

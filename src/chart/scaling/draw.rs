@@ -3,16 +3,16 @@
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use crate::chart::axes::{Axis, padded, plain, range, ticks};
+use crate::chart::axes::{Axis, padded, plain, range, short, ticks};
 use crate::chart::draw::{
-    self, Area, Drawn, FAINT, Foot, INK, NOTES_HEIGHT, PANEL_HEIGHT, color, draw_mark, draw_notes,
-    text,
+    self, Area, Drawn, FAINT, Foot, Layout, Sign, color, draw_mark, draw_notes, text,
 };
 use crate::chart::methods::{Family, Look, Shape};
 use crate::chart::page::Sheet;
+use crate::chart::panel::{self, Frame};
 use crate::chart::scaling::data::{Growth, Measured, Times};
 use crate::chart::scaling::table;
-use crate::chart::table::{Table, captions};
+use crate::chart::table::{ONE_THREAD, Table, captions};
 use crate::measure::statistics::median;
 
 /// The vertical axis spans at least this many powers of ten: what hardly grows should look so.
@@ -70,14 +70,17 @@ fn in_nanoseconds(median: f64, extent: [f64; 2], n: u64) -> (f64, [f64; 2]) {
 }
 
 impl Sheet for Growth {
-    const TITLE: &'static str = "Growth";
+    fn title(&self) -> &'static str {
+        "Growth"
+    }
 
     fn size(&self) -> (u32, u32) {
-        draw::size(self.series.len(), &self.foot())
+        let n_panels = self.series.len();
+        draw::size(n_panels, Layout::of(n_panels), &self.foot())
     }
 
     fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        draw::draw(area, &self.series, draw_panel, &self.foot())
+        draw::draw(area, &self.series, Layout::of(self.series.len()), draw_panel, &self.foot())
     }
 
     fn tables(&self) -> Vec<Table> {
@@ -85,7 +88,7 @@ impl Sheet for Growth {
     }
 
     fn captions(&self) -> Vec<String> {
-        captions(self.series.iter().map(|measured| &measured.about))
+        captions(self.series.iter().map(|measured| &measured.about), ONE_THREAD)
     }
 }
 
@@ -101,7 +104,7 @@ impl Growth {
         let shown = QUANTITIES.iter().filter(is_shown);
         let mut lines = vec![KEY.to_owned()];
         lines.extend(self.captions());
-        Foot { legend: shown.map(|q| (q.look, q.is_filled, q.name)).collect(), lines }
+        Foot { legend: shown.map(|q| (Sign::Mark(q.look, q.is_filled), q.name)).collect(), lines }
     }
 }
 
@@ -137,26 +140,11 @@ fn draw_panel<B: DrawingBackend>(page: &Area<B>, panel: &Area<B>, measured: &Mea
     let top = y_axis.range[1];
     let strip = top - STRIP * (top - y_axis.range[0]);
     let [left, right] = x_axis.range;
-    panel.draw_text(&table::heading(measured), &text(14), (68, 10))?;
-    let (plot, notes) = panel.split_vertically(PANEL_HEIGHT - NOTES_HEIGHT);
-    let mut context = ChartBuilder::on(&plot)
-        .margin_top(30)
-        .margin_right(14)
-        .margin_left(4)
-        .x_label_area_size(36)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x_axis, y_axis)?;
-    context
-        .configure_mesh()
-        .bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style(text(11))
-        .axis_desc_style(text(11))
-        .x_desc(measured.series().name)
-        .y_desc("nanoseconds")
-        .draw()?;
-    let at = |place: (f64, f64)| context.plotting_area().map_coordinate(&place);
+    let heading = table::heading(measured);
+    let titles = [measured.series().name, "nanoseconds"];
+    let axes = [x_axis, y_axis];
+    let frame = Frame { heading: &heading, axes, titles, zeros: None };
+    let (at, notes) = panel::open(panel, frame)?;
     for (quantity, line) in &lines {
         draw_line(page, quantity, line, &at)?;
     }
@@ -206,25 +194,4 @@ fn axes(measured: &Measured, lines: &[(&Quantity, Line)], has_strip: bool) -> [A
             label: |tick| plain(10_f64.powf(tick)),
         },
     ]
-}
-
-/// A size, with k for thousands and M for millions.
-fn short(n: f64) -> String {
-    let n = n.round();
-    match n {
-        n if n >= 1e6 => format!("{} M", n / 1e6),
-        n if n >= 1e3 => format!("{} k", n / 1e3),
-        n => n.to_string(),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_written_shortly() {
-        let all = [1.0, 30.000_000_001, 999.999_999_9, 10_000.0, 1e6].map(short);
-        assert_eq!(all, ["1", "30", "1 k", "10 k", "1 M"]);
-    }
 }
