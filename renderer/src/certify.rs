@@ -146,9 +146,9 @@ pub fn accounts<E: SurfaceEval + Send>(
     let make = || Worker::new(scene, illumination, &worker);
     let (accounts, _) = pixels(view, 1, make, progress, |worker, column, row| {
         let Worker { quick, exact } = worker;
-        let rough = quick.radiance(quick_grid.centre_ray(column, row)).ok();
+        let rough = quick.radiance(&quick_grid, ImagePoint::centre(column, row)).ok();
         let rough = rough.filter(|_| quick.doubt.is_none());
-        let light = exact.radiance(exact_grid.centre_ray(column, row))?;
+        let light = exact.radiance(&exact_grid, ImagePoint::centre(column, row))?;
         Ok(exact.doubt.is_none().then(|| account(rough, light)))
     })?;
     Ok(accounts)

@@ -250,6 +250,7 @@ fn words(part: Part) -> &'static str {
         Part::Shadows => "shadows on black",
         Part::Blockers => "search for blockers",
         Part::Fading => "constant fading",
+        Part::Obstacles => "planes behind lamps",
     }
 }
 
