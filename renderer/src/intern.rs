@@ -6,6 +6,7 @@
 //! double-double, and equal ones get one number. A plane counts as the square of its equation,
 //! which has no sign that could differ.
 
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use crate::numeric::dd::{DD_ERROR, Dd};
@@ -36,59 +37,78 @@ const PLACES: [(usize, usize); 10] =
 struct Key {
     sum: f64,
     error: f64,
+    /// The number of the face among all of the scene.
     face: u32,
+    shape: u32,
+    form: &'static Form,
 }
 
 const WEIGHTS: [f64; 10] = [0.731, 0.417, 0.933, 0.269, 0.577, 0.871, 0.113, 0.349, 0.653, 0.197];
 
-/// The surface of every face, faces of one shape in a row, and how many of the surfaces have
-/// several faces: those have the lowest numbers.
-pub(crate) fn face_surfaces(kinds: &[ShapeKind], placements: &[Rc<Placement>]) -> (Vec<u32>, u32) {
-    let mut faces = Vec::new();
-    for (kind, placement) in kinds.iter().zip(placements) {
-        faces.extend(forms(*kind).iter().map(|form| (*form, placement)));
-    }
-    let quadric = |face: u32| {
-        let (form, placement) = &faces[face as usize];
-        Quadric::<Dd>::new(*form, placement, DD_ERROR)
-    };
-    // Doubles tell most surfaces apart.
-    let key = |(face, (form, placement)): (u32, &(Form, &Rc<Placement>))| {
-        Quadric::<f64>::new(*form, placement, DOUBLE_ERROR).key(face)
-    };
-    let mut keys: Vec<Key> = (0..).zip(&faces).map(key).collect();
-    keys.sort_unstable_by(|a, b| a.sum.total_cmp(&b.sum).then(a.face.cmp(&b.face)));
-    let mut classes: Vec<Vec<u32>> = Vec::new();
-    let mut singles = Vec::new();
-    for run in keys.chunk_by(|a, b| b.sum - a.sum <= a.error + b.error) {
-        if let [only] = run {
-            singles.push(only.face);
-        } else {
-            split(run, &quadric, &mut classes, &mut singles);
+/// The faces of a scene, of which doubles tell most apart.
+#[derive(Default)]
+pub(crate) struct Faces {
+    keys: Vec<Key>,
+    n_shapes: u32,
+}
+
+impl Faces {
+    /// Adds the faces of the next shape.
+    pub(crate) fn add(&mut self, kind: ShapeKind, placement: &Placement) {
+        for form in forms(kind) {
+            let (sum, error) = Quadric::<f64>::new(*form, placement, DOUBLE_ERROR).sum();
+            let face = self.keys.len() as u32;
+            self.keys.push(Key { sum, error, face, shape: self.n_shapes, form });
         }
+        self.n_shapes += 1;
     }
-    let mut surfaces = vec![0; faces.len()];
-    for (number, class) in classes.iter().enumerate() {
-        for &face in class {
-            surfaces[face as usize] = number as u32;
+
+    /// The shapes with faces that doubles do not tell apart from all others.
+    pub(crate) fn open(&mut self) -> HashSet<u32> {
+        self.keys.sort_unstable_by(|a, b| a.sum.total_cmp(&b.sum).then(a.face.cmp(&b.face)));
+        self.runs().filter(|run| run.len() > 1).flatten().map(|key| key.shape).collect()
+    }
+
+    /// Faces by their keys, as far as they may be equal.
+    fn runs(&self) -> impl Iterator<Item = &[Key]> {
+        self.keys.chunk_by(|a, b| b.sum - a.sum <= a.error + b.error)
+    }
+
+    /// The surface of every face, and how many of the surfaces have several faces: those have the
+    /// lowest numbers. `placements` are those of open shapes.
+    pub(crate) fn surfaces(&self, placements: &HashMap<u32, Rc<Placement>>) -> (Vec<u32>, u32) {
+        let mut classes: Vec<Vec<u32>> = Vec::new();
+        let mut singles = Vec::new();
+        for run in self.runs() {
+            if let [only] = run {
+                singles.push(only.face);
+            } else {
+                split(run, placements, &mut classes, &mut singles);
+            }
         }
+        let mut surfaces = vec![0; self.keys.len()];
+        for (number, class) in classes.iter().enumerate() {
+            for &face in class {
+                surfaces[face as usize] = number as u32;
+            }
+        }
+        for (idx, &face) in singles.iter().enumerate() {
+            surfaces[face as usize] = (classes.len() + idx) as u32;
+        }
+        (surfaces, classes.len() as u32)
     }
-    for (idx, &face) in singles.iter().enumerate() {
-        surfaces[face as usize] = (classes.len() + idx) as u32;
-    }
-    (surfaces, classes.len() as u32)
 }
 
 /// Splits faces with nearly the same key into those whose surfaces are equal.
 fn split(
     run: &[Key],
-    quadric: &impl Fn(u32) -> Quadric<Dd>,
+    placements: &HashMap<u32, Rc<Placement>>,
     classes: &mut Vec<Vec<u32>>,
     singles: &mut Vec<u32>,
 ) {
     let mut found: Vec<(Quadric<Dd>, Vec<u32>)> = Vec::new();
     for key in run {
-        let candidate = quadric(key.face);
+        let candidate = Quadric::<Dd>::new(*key.form, &placements[&key.shape], DD_ERROR);
         match found.iter_mut().find(|(first, _)| first.is_same(&candidate)) {
             Some((_, members)) => members.push(key.face),
             None => found.push((candidate, vec![key.face])),
@@ -157,14 +177,15 @@ impl<R: Real> Quadric<R> {
         self
     }
 
-    fn key(&self, face: u32) -> Key {
+    /// The sum that faces are sorted by, and how far off it may be.
+    fn sum(&self) -> (f64, f64) {
         let (mut sum, mut error) = (0.0, 0.0);
         for ((entry, entry_error), weight) in self.entries.iter().zip(&self.errors).zip(WEIGHTS) {
             let entry = entry.to_f64();
             sum += weight * entry;
             error += weight * entry_error + DOUBLE_ERROR * entry.abs();
         }
-        Key { sum, error, face }
+        (sum, error)
     }
 
     fn is_same(&self, other: &Quadric<R>) -> bool {
@@ -184,17 +205,17 @@ mod tests {
 
     /// The surfaces of all faces of shapes with these transforms.
     fn surfaces(shapes: &[(ShapeKind, &[TransformOp])]) -> (Vec<u32>, u32) {
-        let kinds: Vec<_> = shapes.iter().map(|(kind, _)| *kind).collect();
-        let place = |ops: &[TransformOp]| {
-            let identity = Placement::identity();
-            Rc::new(
-                ops.iter()
-                    .rev()
-                    .fold(identity, |outer, &op| outer.of_transformed(op, &mut Turns::default())),
-            )
-        };
-        let placements: Vec<_> = shapes.iter().map(|(_, ops)| place(ops)).collect();
-        face_surfaces(&kinds, &placements)
+        let mut faces = Faces::default();
+        let mut placements = HashMap::new();
+        for (number, (kind, ops)) in (0..).zip(shapes) {
+            let inward = |outer: Placement, &op| outer.of_transformed(op, &mut Turns::default());
+            let placement = ops.iter().rev().fold(Placement::identity(), inward);
+            faces.add(*kind, &placement);
+            placements.insert(number, Rc::new(placement));
+        }
+        let open = faces.open();
+        placements.retain(|number, _| open.contains(number));
+        faces.surfaces(&placements)
     }
 
     const TILT: TransformOp = TransformOp::RotateX(33.0);

@@ -48,9 +48,26 @@ pub(crate) enum Medium {
 pub(crate) struct Crossing<R> {
     pub(crate) t: R,
     pub(crate) leaf: u32,
-    pub(crate) root: Root,
+    /// The root, and whether it is an entry, in one word, so that they are moved as one.
+    side: u32,
+}
+
+impl<R> Crossing<R> {
+    #[inline(always)]
+    pub(crate) fn new(t: R, leaf: u32, root: Root, is_entry: bool) -> Self {
+        Crossing { t, leaf, side: root.bits() << 1 | u32::from(is_entry) }
+    }
+
+    #[inline(always)]
+    pub(crate) fn root(&self) -> Root {
+        Root::from_bits(self.side >> 1)
+    }
+
     /// Whether the ray goes from outside to inside.
-    pub(crate) entering: bool,
+    #[inline(always)]
+    pub(crate) fn is_entry(&self) -> bool {
+        self.side & 1 == 1
+    }
 }
 
 /// How much larger rounding errors are in world space than the coordinates that they come from,

@@ -6,6 +6,7 @@
 //! decides who paints coincident surfaces. A hierarchy over the components, and one over the leaves of
 //! each tree, tell which of them a ray may meet.
 
+use std::collections::{HashMap, HashSet};
 use std::rc::Rc;
 
 use rayon::prelude::*;
@@ -13,7 +14,7 @@ use rayon::prelude::*;
 use crate::bounds::{self, Bounds};
 use crate::camera;
 use crate::hierarchy::Hierarchy;
-use crate::intern;
+use crate::intern::Faces;
 use crate::numeric::affine::Affine;
 use crate::numeric::ball::Ball;
 use crate::numeric::dd::Dd;
@@ -48,27 +49,28 @@ pub struct Scene<R = f64> {
     pub(crate) omissions: Omissions,
 }
 
-/// A shape where it stands.
+/// A shape where it stands. In doubles, what tells whether a ray meets it lies in two cache lines.
 #[derive(Debug)]
+#[repr(C, align(64))]
 pub(crate) struct Leaf<R> {
+    pub(crate) object_from_world: Affine<R>,
+    /// The eye in object space.
+    pub(crate) eye: Vec3<R>,
     pub(crate) kind: ShapeKind,
-    pub(crate) surface: SurfaceId,
-    /// Its node, if it is part of a tree.
-    pub(crate) node: u32,
+    /// Whether `object_from_world` is treated as a diagonal matrix.
+    pub(crate) is_unturned: bool,
+    /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
+    pub(crate) at_eye: u8,
     /// Index of its first face in the scene's list.
     pub(crate) first_face: u32,
     pub(crate) world_from_object: Affine<R>,
-    pub(crate) object_from_world: Affine<R>,
     /// Sizes of the entries of `object_from_world`: of the matrix (largest sum of a row), and of
     /// the shift. They bound what rounding does to a ray's origin.
     pub(crate) linear_size: f64,
     pub(crate) shift_size: f64,
-    /// Whether `object_from_world` is treated as a diagonal matrix.
-    pub(crate) is_unturned: bool,
-    /// The eye in object space.
-    pub(crate) eye: Vec3<R>,
-    /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
-    pub(crate) at_eye: u8,
+    pub(crate) surface: SurfaceId,
+    /// Its node, if it is part of a tree.
+    pub(crate) node: u32,
 }
 
 /// A part of the union that the scene is.
@@ -130,7 +132,7 @@ impl<R: Real> Scene<R> {
                 n_shared: 0,
                 omissions: Omissions::ALL,
             },
-            placements: Vec::new(),
+            faces: Faces::default(),
             turns: Turns::default(),
             n_trees: 0,
             tasks: vec![Task {
@@ -142,9 +144,10 @@ impl<R: Real> Scene<R> {
         while let Some(task) = flattening.tasks.pop() {
             flattening.perform(task, &mut intern);
         }
-        let Flattening { mut scene, placements, .. } = flattening;
-        let kinds: Vec<ShapeKind> = scene.leaves.iter().map(|leaf| leaf.kind).collect();
-        (scene.face_surfaces, scene.n_shared) = intern::face_surfaces(&kinds, &placements);
+        let Flattening { mut scene, mut faces, .. } = flattening;
+        let open = faces.open();
+        let placements = if open.is_empty() { HashMap::new() } else { placements(object, &open) };
+        (scene.face_surfaces, scene.n_shared) = faces.surfaces(&placements);
         scene.index();
         scene
     }
@@ -254,9 +257,31 @@ struct Task<'o, S> {
     above: Above,
 }
 
+/// The placements of these shapes. They are large, and few are needed once shapes are placed.
+fn placements<S>(object: &Object<S>, shapes: &HashSet<u32>) -> HashMap<u32, Rc<Placement>> {
+    let (mut turns, mut found, mut n_shapes) = (Turns::default(), HashMap::new(), 0);
+    let mut tasks = vec![(object, Rc::new(Placement::identity()))];
+    while let Some((object, placement)) = tasks.pop() {
+        let placement = match object.kind() {
+            NodeKind::Transformed(op) => Rc::new(placement.of_transformed(*op, &mut turns)),
+            NodeKind::Combined(_) => placement,
+            NodeKind::Shape(..) => {
+                if shapes.contains(&n_shapes) {
+                    found.insert(n_shapes, placement);
+                }
+                n_shapes += 1;
+                continue;
+            }
+        };
+        // Pushed last is visited first.
+        tasks.extend(object.children().rev().map(|operand| (operand, placement.clone())));
+    }
+    found
+}
+
 struct Flattening<'o, S, R> {
     scene: Scene<R>,
-    placements: Vec<Rc<Placement>>,
+    faces: Faces,
     turns: Turns,
     n_trees: u32,
     /// What is left to do, the next last.
@@ -345,7 +370,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             eye: object_from_world.point(camera::eye()),
             at_eye: shape::faces_at(kind, eye),
         });
-        self.placements.push(placement);
+        self.faces.add(kind, &placement);
     }
 
     /// Makes a node below another.

@@ -336,7 +336,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let dir = ray.dir.normalized().unwrap_or(Vec3::ZERO);
         let (hit, at) = self.hit(ray, dir, crossing);
         self.notice(Doubt::Boundary);
-        let side = u64::from(at.face) << 1 | u64::from(crossing.entering);
+        let side = u64::from(at.face) << 1 | u64::from(crossing.is_entry());
         self.sign::<SIGNED>(u64::from(crossing.leaf) << 32 | side);
         let surface = self.scene.leaves[crossing.leaf as usize].surface;
         let sample = self.sample::<SIGNED>(surface, &at)?;
@@ -404,16 +404,16 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     #[inline(always)]
     fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: Crossing<R>) -> (Hit<R>, Place<R>) {
         let leaf = &self.scene.leaves[crossing.leaf as usize];
-        let face = crossing.root.face;
+        let face = crossing.root().face();
         let local = self.scene.local_ray(crossing.leaf, ray);
-        let computed = shape::hit_point(leaf.kind, &local, crossing.root);
+        let computed = shape::hit_point(leaf.kind, &local, crossing.root());
         let size = leaf.origin_size(ray) + computed.max_norm().to_f64();
         let point = computed.map(|coordinate| shape::settled(coordinate, size));
         let outward =
             leaf.object_from_world.transposed_vector(shape::normal(leaf.kind, face, point));
         let normal = outward.normalized().map(|n| if n.dot(dir) > R::ZERO { -n } else { n });
         let on = On { leaf: crossing.leaf, surface: self.scene.face_surface(leaf, face), point };
-        let medium = if crossing.entering { Medium::Outside } else { Medium::Inside };
+        let medium = if crossing.is_entry() { Medium::Outside } else { Medium::Inside };
         let hit = Hit { on, point: leaf.world_from_object.point(point), normal, medium };
         (hit, Place { kind: leaf.kind, face, point, size })
     }

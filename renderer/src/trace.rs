@@ -104,7 +104,7 @@ impl<R: Real> Scene<R> {
     pub(crate) fn leaf_span(&self, index: u32, ray: &Ray<R>) -> Option<LeafSpan<R>> {
         let local = self.local_ray(index, ray);
         let span = shape::span(self.leaves[index as usize].kind, &local)?;
-        let crossing = |End { t, root }, entering| Crossing { t, leaf: index, root, entering };
+        let crossing = |End { t, root }, entering| Crossing::new(t, index, root, entering);
         Some(LeafSpan { enter: crossing(span.enter, true), exit: crossing(span.exit, false) })
     }
 
@@ -114,7 +114,7 @@ impl<R: Real> Scene<R> {
         let leaf = &self.leaves[crossing.leaf as usize];
         let local = self.local_ray(crossing.leaf, &ray);
         let t = crossing.t.to_f64().abs();
-        let is_exact = local.is_on(crossing.root.face) && crossing.t.is_surely_zero();
+        let is_exact = local.is_on(crossing.root().face()) && crossing.t.is_surely_zero();
         // An infinite end is no crossing, and ties with nothing.
         if is_exact || !t.is_finite() {
             return 0.0;
@@ -160,7 +160,7 @@ impl<R: Real> Scene<R> {
         if is_behind || t.to_f64() - t.radius() > t_end {
             return ControlFlow::Continue(None);
         }
-        let crossing = |End { t, root }, entering| Crossing { t, leaf: index, root, entering };
+        let crossing = |End { t, root }, entering| Crossing::new(t, index, root, entering);
         let enter = crossing(span.enter, true);
         if self.is_ahead(&enter, reach) {
             return ControlFlow::Continue(Some(enter));
@@ -185,9 +185,9 @@ impl<R: Real> Scene<R> {
         // Numbers that keep account of their errors may not know that such roots are the same.
         let is_same = || {
             let [of_a, of_b] =
-                [a, b].map(|c| self.face_surface(&self.leaves[c.leaf as usize], c.root.face));
-            let is_one = a.leaf == b.leaf && a.root == b.root;
-            is_one || of_a == of_b && of_a < self.n_shared && a.root.plus == b.root.plus
+                [a, b].map(|c| self.face_surface(&self.leaves[c.leaf as usize], c.root().face()));
+            let is_one = a.leaf == b.leaf && a.root() == b.root();
+            is_one || of_a == of_b && of_a < self.n_shared && a.root().plus() == b.root().plus()
         };
         let tolerance = |crossing| self.tolerance(crossing, ray);
         R::KEEPS_ACCOUNT && is_same() || (a.t - b.t).vanishes(tolerance(a) + tolerance(b))
@@ -365,7 +365,7 @@ impl<R: Real> Scene<R> {
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         let mut first = None;
         let is_inside = self.sweep(root, hierarchy, &reach, t_end, workspace, |crossing| {
-            let counts = crossing.entering || !OUTSIDE;
+            let counts = crossing.is_entry() || !OUTSIDE;
             if counts {
                 first = Some(crossing);
             }
@@ -409,10 +409,10 @@ impl<R: Real> Scene<R> {
             let was_inside = n_around > 0;
             for (_, crossing) in group {
                 n_around =
-                    if crossing.entering { n_around + 1 } else { n_around.saturating_sub(1) };
+                    if crossing.is_entry() { n_around + 1 } else { n_around.saturating_sub(1) };
             }
             if was_inside && n_around == 0 {
-                let exits = group.iter().filter(|(_, crossing)| !crossing.entering);
+                let exits = group.iter().filter(|(_, crossing)| !crossing.is_entry());
                 return exits.max_by_key(|(index, _)| *index).map(|(_, crossing)| *crossing);
             }
         }

@@ -158,16 +158,16 @@ impl<R: Real> Scene<R> {
     /// The `t` that a crossing has for all faces of its surface.
     #[inline(never)]
     fn shared_root(&self, end: Crossing<R>, workspace: &mut Workspace<R>) -> R {
-        let surface = self.face_surface(&self.leaves[end.leaf as usize], end.root.face);
+        let surface = self.face_surface(&self.leaves[end.leaf as usize], end.root().face());
         if surface < self.n_shared && end.t.to_f64().is_finite() {
-            workspace.shared_root(surface, end.root.plus, end.t)
+            workspace.shared_root(surface, end.root().plus(), end.t)
         } else {
             end.t
         }
     }
 
     fn flip(&self, crossing: &Crossing<R>, workspace: &mut Workspace<R>) {
-        self.spread(self.leaves[crossing.leaf as usize].node, crossing.entering, workspace);
+        self.spread(self.leaves[crossing.leaf as usize].node, crossing.is_entry(), workspace);
     }
 
     /// Sets a node's value and those above that follow from it.
@@ -209,7 +209,8 @@ impl<R: Real> Scene<R> {
         };
         // A leaf that is entered and left within the tie has not changed: one crossing is meant.
         let crossing = tie.iter().find(|crossing| crossing.leaf == leaf)?;
-        Some(Crossing { entering: workspace.is_inside(root), ..*crossing })
+        let is_entry = workspace.is_inside(root);
+        Some(Crossing::new(crossing.t, leaf, crossing.root(), is_entry))
     }
 
     /// The operand of a node that a leaf is part of, if it is of one.

@@ -41,17 +41,41 @@ impl<R: Real> LocalRay<R> {
 }
 
 /// Where a line crosses a face. A line meets a quadric twice: of the roots `(b ± s) / a` with
-/// `s >= 0`, `plus` tells which one.
+/// `s >= 0`, `plus` tells which one. One word, so that it is moved as one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Root {
-    pub(crate) face: u8,
-    pub(crate) plus: bool,
-}
+pub(crate) struct Root(u32);
 
 impl Root {
+    #[inline(always)]
+    pub(crate) fn new(face: u8, plus: bool) -> Self {
+        Root(u32::from(face) << 1 | u32::from(plus))
+    }
+
     /// The only crossing of a plane.
+    #[inline(always)]
     pub(crate) fn plane(face: u8) -> Self {
-        Root { face, plus: false }
+        Root::new(face, false)
+    }
+
+    #[inline(always)]
+    pub(crate) fn bits(self) -> u32 {
+        self.0
+    }
+
+    /// The root that has these bits.
+    #[inline(always)]
+    pub(crate) fn from_bits(bits: u32) -> Self {
+        Root(bits)
+    }
+
+    #[inline(always)]
+    pub(crate) fn face(self) -> u8 {
+        (self.0 >> 1) as u8
+    }
+
+    #[inline(always)]
+    pub(crate) fn plus(self) -> bool {
+        self.0 & 1 == 1
     }
 }
 
@@ -138,9 +162,9 @@ fn taken_apart<R: Real>(span: Option<Span<R>>) -> Option<Span<R>> {
 /// The point where a ray's line crosses a face; planar coordinates are exact.
 #[inline(always)]
 pub(crate) fn hit_point<R: Real>(kind: ShapeKind, ray: &LocalRay<R>, root: Root) -> Vec3<R> {
-    match forms(kind)[root.face as usize] {
+    match forms(kind)[root.face() as usize] {
         Form::Plane { axis, offset } => slab::hit_point(ray, axis, R::from_f64(offset)),
-        Form::Quadric { signs, k } => quadric::hit_point(ray, signs, k, root.plus),
+        Form::Quadric { signs, k } => quadric::hit_point(ray, signs, k, root.plus()),
     }
 }
 

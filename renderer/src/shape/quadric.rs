@@ -38,7 +38,7 @@ impl<R: Real> Quadratic<R> {
     pub(crate) fn roots(&self) -> [End<R>; 2] {
         let s =
             if self.c.is_surely_zero() { self.b.abs() } else { self.discriminant.sqrt_or_zero() };
-        let end = |t: R, plus: bool| End { t, root: Root { face: 0, plus } };
+        let end = |t: R, plus: bool| End { t, root: Root::new(0, plus) };
         // Either form gives both roots: the sign only tells which is accurate.
         if self.b.to_f64() >= 0.0 {
             let q = self.b + s;

@@ -67,7 +67,7 @@ fn hit_points_lie_on_their_face_at_any_distance() {
             let Some(span) = span(kind, &ray) else { return };
             for end in [span.enter, span.exit].iter().filter(|end| end.t.is_finite()) {
                 let p = hit_point(kind, &ray, end.root);
-                let off = match forms(kind)[end.root.face as usize] {
+                let off = match forms(kind)[end.root.face() as usize] {
                     Form::Plane { axis, offset } => [p.x, p.y, p.z][axis] - offset,
                     Form::Quadric { signs, k } => f64::signed_squares(signs, [p.x, p.y, p.z], k),
                 };
@@ -92,8 +92,8 @@ fn a_ray_from_a_hit_point_does_not_meet_its_face_there() {
             return;
         }
         let p = hit_point(kind, &ray, end.root);
-        let normal = normal(kind, end.root.face, p);
-        let back = LocalRay::new(p, -ray.dir, 1 << end.root.face);
+        let normal = normal(kind, end.root.face(), p);
+        let back = LocalRay::new(p, -ray.dir, 1 << end.root.face());
         if -ray.dir.dot(normal) <= 0.0 {
             return;
         }
