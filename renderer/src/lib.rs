@@ -17,6 +17,7 @@ pub mod numeric;
 pub mod object;
 mod placement;
 pub mod plan;
+pub mod probe;
 mod ray;
 mod render;
 pub mod sampling;

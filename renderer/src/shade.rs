@@ -18,6 +18,7 @@ use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::object::ShapeKind;
 use crate::plan::Part;
+use crate::probe::Seen;
 use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
 use crate::scene::Scene;
 use crate::shape;
@@ -240,6 +241,21 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     #[inline(always)]
     fn has_given_up(&self) -> bool {
         self.gives_up && self.doubt.is_some()
+    }
+
+    /// What a ray from the eye meets first.
+    pub(crate) fn seen(&mut self, ray: &Ray<R>) -> Option<Seen> {
+        let crossing = self.scene.first_hit(ray, &mut self.workspace)?;
+        let (hit, place) = self.hit(ray, ray.dir, &crossing);
+        let leaf = &self.scene.leaves[crossing.leaf as usize];
+        Some(Seen {
+            shape: crossing.leaf as usize,
+            kind: leaf.kind,
+            surface: leaf.surface,
+            at: place.locate(Needs::ALL),
+            point: hit.point.to_dvec3(),
+            distance: crossing.t.to_f64() * ray.dir.to_dvec3().length(),
+        })
     }
 
     /// The light that arrives along a ray from the eye; black where it meets nothing.

@@ -40,8 +40,20 @@ pub(crate) struct Bench<'b> {
 /// # Errors
 /// What is wrong with the scene.
 pub(crate) fn measure(scene: &Path, bench: Bench<'_>) -> Result<Vec<Chart>, Failure> {
+    let source = Source::read(scene, &bench.args.inputs, bench.reporter)?;
+    measure_source(source, scene, bench)
+}
+
+/// The same of a scene that has been read, under the name `scene`.
+///
+/// # Errors
+/// What is wrong with the scene.
+pub(crate) fn measure_source(
+    mut source: Source<'_>,
+    scene: &Path,
+    bench: Bench<'_>,
+) -> Result<Vec<Chart>, Failure> {
     let Bench { args, reporter, .. } = bench;
-    let mut source = Source::read(scene, &args.inputs, reporter)?;
     let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
     let name = clean(&scene.display().to_string()).into_owned();
     let mut host = Contest::new(&name, bench);
