@@ -32,7 +32,7 @@ use crate::view::worker::Images;
 const MAX_ROWS: usize = 20_000;
 
 /// What is measured is of images this wide at most; it takes a moment at the usual sizes' cost.
-const SMALL_WIDTH: u32 = 64;
+const SMALL_WIDTH: u32 = 48;
 
 /// The methods charted: of our own tracer, the naive one for comparison, and ways to sample.
 const CHARTED: [&[&str]; 2] = [

@@ -31,6 +31,9 @@ use crate::view::protocol::{Choice, Look, Task};
 const MAX_MESSAGE: u64 = 8 << 20;
 const MAX_BYTES: u64 = 256 << 20;
 
+/// The files of a run that are kept take so many bytes together at most.
+const MAX_KEPT: usize = 256 << 20;
+
 /// So much of what is wrong with a scene is read.
 const MAX_DIAGNOSTICS: u64 = 1 << 20;
 
@@ -274,7 +277,7 @@ impl Session {
         }
         let errors = errors.join().unwrap_or_default();
         let mut state = self.state();
-        if state.run != run {
+        if state.worker_of(run).is_none() {
             return;
         }
         state.end_worker();
@@ -286,12 +289,22 @@ impl Session {
 
     fn pass_on(&self, run: u64, message: Value, file: Option<File>) {
         let mut state = self.state();
-        if state.run != run {
+        if state.worker_of(run).is_none() {
             return;
         }
         if message["event"] == "pixel" {
             let waiting = message["id"].as_u64().and_then(|id| state.looks.remove(&id));
             let _ = waiting.map(|waiting| waiting.send(message["pixel"].clone()));
+            return;
+        }
+        let n_kept: usize = state.files_of(run).map(|file| file.bytes.len()).sum();
+        if n_kept + file.as_ref().map_or(0, |file| file.bytes.len()) > MAX_KEPT {
+            if state.good != Some(run) {
+                state.end_worker();
+                let line = plain_json(&format!("the images take more than {} MiB", MAX_KEPT >> 20));
+                state.tell(run, failed(&line), None);
+                self.changed.notify_all();
+            }
             return;
         }
         if message["event"] == "ended" {
@@ -369,6 +382,11 @@ impl State {
         let event =
             Event { number: self.number, run, kind, image, text: message.to_string(), file };
         self.events.push(Arc::new(event));
+    }
+
+    fn files_of(&self, run: u64) -> impl Iterator<Item = &File> {
+        let is_of = move |event: &&Arc<Event>| event.run == run;
+        self.events.iter().filter(is_of).filter_map(|event| event.file.as_ref())
     }
 
     fn worker_of(&mut self, run: u64) -> Option<&mut Worker> {

@@ -42,7 +42,8 @@ pub(super) fn work(args: &ViewArgs, reporter: &Reporter) -> Result<u8, Failure> 
     drop(input);
     let method = task.choice.method().ok_or_else(broken)?;
     let is_rendered = Arc::new(AtomicBool::new(false));
-    limit_time(args.time.timeout, is_rendered.clone(), *reporter);
+    let is_told = Arc::new(AtomicBool::new(false));
+    limit_time(args.time.timeout, [is_rendered.clone(), is_told.clone()], *reporter);
     // What lives as long as the process.
     let args: &'static ViewArgs = Box::leak(Box::new(args.clone()));
     let out: &'static Out = Box::leak(Box::new(Out::new()));
@@ -85,6 +86,7 @@ pub(super) fn work(args: &ViewArgs, reporter: &Reporter) -> Result<u8, Failure> 
     out.send(json!({ "event": "stats", "stats": stats }));
     out.send(json!({ "event": "ended", "ok": true, "n": stats.counts.images }));
     extras::tell(args, method, source, &program, images, &threads, out);
+    is_told.store(true, Ordering::Relaxed);
     // The thread that answers ends the process.
     loop {
         thread::park();
@@ -107,8 +109,13 @@ fn read_task(input: &mut impl BufRead) -> Option<(Task, Vec<u8>)> {
     Some((task, text))
 }
 
-/// Ends the process if the images take longer than this.
-fn limit_time(limit: Option<Duration>, is_rendered: Arc<AtomicBool>, reporter: Reporter) {
+/// Ends the process if the images take longer than this, or what is told afterwards. That is not worth a
+/// word: pixels cannot be asked about any more, but nothing is wrong.
+fn limit_time(
+    limit: Option<Duration>,
+    [is_rendered, is_told]: [Arc<AtomicBool>; 2],
+    reporter: Reporter,
+) {
     let Some(limit) = limit else { return };
     thread::spawn(move || {
         thread::sleep(limit);
@@ -116,6 +123,10 @@ fn limit_time(limit: Option<Duration>, is_rendered: Arc<AtomicBool>, reporter: R
             let diagnostic = watchdog::out_of_time(limit, None);
             let failure = reporter.diagnostics(&[diagnostic], &SourceMap::default(), None);
             std::process::exit(failure.exit_code().into());
+        }
+        thread::sleep(limit);
+        if !is_told.load(Ordering::Relaxed) {
+            std::process::exit(0);
         }
     });
 }

@@ -1,7 +1,7 @@
 /* The connection: what the server tells, and what it is asked for. */
 const DEBOUNCE = 150;
 const told = document.body.dataset;
-const live = { synced: null, revision: 0, canEdit: false, timer: 0, started: 0, diskText: null };
+const live = { synced: null, revision: 0, canEdit: false, timer: 0, diskText: null };
 
 function status(state, words) {
   byId("status").dataset.state = state;
@@ -37,6 +37,8 @@ function render() {
   post("run", { text: text.value, choice: chosen() }).catch((error) => notice(`Not rendered: ${error.message}.`));
 }
 
+/* As text fields have it: without carriage returns. */
+const plain = (source) => source.replaceAll("\r\n", "\n");
 function setText(source) {
   if (source === text.value) return;
   const { selectionStart, selectionEnd, scrollTop, scrollLeft } = text;
@@ -53,7 +55,7 @@ function showDirty() {
 async function save() {
   if (!live.canEdit) return notice("Not saved: the page may only write the file if gmlvm view is started with --edit.");
   try {
-    live.revision = (await post("save", { text: text.value, revision: live.revision })).revision;
+    live.revision = (await post("save", { text: live.hasCrs ? text.value.replaceAll("\n", "\r\n") : text.value, revision: live.revision })).revision;
     notice("");
   } catch (error) {
     notice(`Not saved: ${error.message}.`);
@@ -150,12 +152,13 @@ function showChart({ diagram, size, reference, tables, methods, number }) {
 }
 
 const handlers = {
-  source({ name, text: source, revision, edit }) {
+  source({ name, text: onDisk, revision, edit }) {
+    const source = plain(onDisk);
     editor.name = name;
     byId("name").textContent = name;
     document.title = name + " – gmlvm";
     const isOurs = live.synced !== null && text.value !== live.diskText && text.value !== source;
-    Object.assign(live, { revision, canEdit: edit, diskText: source });
+    Object.assign(live, { revision, canEdit: edit, diskText: source, hasCrs: source !== onDisk });
     if (isOurs) notice("The file has been changed by another program.", true);
     else { setText(source); live.synced = source; notice(""); }
     showDirty();
@@ -164,7 +167,6 @@ const handlers = {
   started({ run, choice, text: source }) {
     if (source !== undefined && text.value === live.synced) { setText(source); live.synced = source; showDirty(); }
     view.run = run;
-    live.started = performance.now();
     choose(choice);
     status("busy", "rendering");
   },
