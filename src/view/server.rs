@@ -19,8 +19,10 @@ use crate::view::page;
 use crate::view::protocol::Choice;
 use crate::view::session::{File, Session};
 
-/// Connections at a time; a page has two or three.
+/// Connections at a time; a page has two or three. So many more are told that there is no room, and
+/// others nothing.
 const MAX_CONNECTIONS: usize = 32;
+const MAX_REFUSED: usize = 16;
 
 /// The longest body: the text of a scene in JSON, for which a text field would long be too slow.
 const MAX_BODY: usize = 8 << 20;
@@ -84,12 +86,18 @@ impl Server {
             };
             let place = Place::take(&n_connections);
             let server = server.clone();
+            if place.number >= MAX_CONNECTIONS + MAX_REFUSED {
+                continue;
+            }
             // Without a thread the connection is closed.
-            let _ =
-                thread::Builder::new().name("connection".to_owned()).spawn(move || match place {
-                    Some(_place) => server.answer(&stream),
-                    None => refuse(&stream, Status::Busy, "too many connections"),
-                });
+            let _ = thread::Builder::new().name("connection".to_owned()).spawn(move || {
+                if place.number < MAX_CONNECTIONS {
+                    server.answer(&stream);
+                } else {
+                    refuse(&stream, Status::Busy, "too many connections");
+                }
+                drop(place);
+            });
         }
     }
 
@@ -218,22 +226,22 @@ impl Server {
     }
 }
 
-/// A connection's place among those that may be.
-struct Place(Arc<AtomicUsize>);
+/// A connection's place among those that there are.
+struct Place {
+    taken: Arc<AtomicUsize>,
+    /// How many there were before it.
+    number: usize,
+}
 
 impl Place {
-    fn take(taken: &Arc<AtomicUsize>) -> Option<Self> {
-        if taken.fetch_add(1, Ordering::Relaxed) >= MAX_CONNECTIONS {
-            taken.fetch_sub(1, Ordering::Relaxed);
-            return None;
-        }
-        Some(Place(taken.clone()))
+    fn take(taken: &Arc<AtomicUsize>) -> Self {
+        Place { number: taken.fetch_add(1, Ordering::Relaxed), taken: taken.clone() }
     }
 }
 
 impl Drop for Place {
     fn drop(&mut self) {
-        self.0.fetch_sub(1, Ordering::Relaxed);
+        self.taken.fetch_sub(1, Ordering::Relaxed);
     }
 }
 

@@ -141,12 +141,14 @@ impl Session {
             Ok(bytes) => bytes,
             Err(error) => {
                 let message = format!("the file cannot be read: {}", console::reason(&error));
+                // Whatever is there next is news.
+                state.on_disk = None;
                 state.tell(0, json!({ "event": "disk", "error": message }), None);
                 self.changed.notify_all();
                 return Err(error);
             }
         };
-        let text: Arc<str> = String::from_utf8_lossy(&bytes).into();
+        let text: Arc<str> = compiler::source::text(bytes.clone()).into();
         let on_disk = (text.as_bytes() == bytes).then(|| text.clone());
         let is_new = state.revision == 0 || state.on_disk != on_disk || on_disk.is_none();
         let is_other = changed.iter().any(|path| *path != self.args.scene);
@@ -371,9 +373,8 @@ impl State {
             let is_draft = matches!(event.kind.as_str(), "coarse" | "band");
             let is_overtaken = match kind.as_str() {
                 "picture" => is_draft && event.image == image,
-                "source" | "disk" => {
-                    matches!(event.kind.as_str(), "source" | "disk") && event.run == 0
-                }
+                "source" => matches!(event.kind.as_str(), "source" | "disk"),
+                "disk" => event.kind == kind,
                 "plan" => event.kind == kind && event.image == image,
                 _ => false,
             };

@@ -142,8 +142,13 @@ fn what_is_saved_by_any_program_is_rendered() {
     assert!(
         events.until("disk", 0)["error"].as_str().is_some_and(|e| e.contains("cannot be read"))
     );
+    // Whoever comes now sees the text all the same.
+    assert_eq!(server.events().next()["text"], ball("b.ppm"));
+    // The same text again: the page is told that it is there.
+    sandbox.file("s.gml", ball("b.ppm"));
+    assert_eq!(events.until("source", 0)["revision"], 3);
     sandbox.file("s.gml", ball("c.ppm"));
-    assert_eq!(events.until("image", 4)["name"], "c.ppm");
+    while events.next()["name"] != "c.ppm" {}
 }
 
 #[test]
@@ -251,6 +256,19 @@ fn only_with_edit_is_the_file_written() {
     sandbox.file("s.gml", "1");
     assert_eq!(server.post("save", &json!({ "text": old, "revision": 2 })).status, 409);
     assert_eq!(sandbox.read("s.gml"), b"1");
+    // Text of another encoding is shown as it is rendered, but would not be the same if it were saved.
+    sandbox.file("s.gml", b"% caf\xe9\n");
+    let source = loop {
+        let source = events.until("source", 0);
+        if source["text"] == "% caf\u{e9}\n" {
+            break source;
+        }
+    };
+    assert_eq!(source["edit"], false);
+    assert_eq!(
+        server.post("save", &json!({ "text": old, "revision": source["revision"] })).status,
+        409
+    );
 }
 
 #[test]
