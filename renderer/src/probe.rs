@@ -95,8 +95,8 @@ mod tests {
         let centre = probe(&scene, &illumination, &view, [1, 1], White).expect("no errors");
         let seen = centre.seen.expect("a ball");
         assert_eq!((seen.kind, seen.surface, seen.shape), (ShapeKind::Sphere, SurfaceId(7), 1));
-        // The front of the ball is hit head on, where all is exact.
-        assert_eq!((seen.distance, seen.point), (3.0, DVec3::new(0.0, 0.0, 3.0)));
+        // The front of the ball is hit head on, where all is exact; the eye is at z = -1.
+        assert_eq!((seen.distance, seen.point), (4.0, DVec3::new(0.0, 0.0, 3.0)));
         assert_eq!((centre.rays.primary, centre.rays.reflected), (1, 1));
         assert!(centre.light.min_element() >= 1.0, "{}", centre.light);
         let corner = probe(&scene, &illumination, &view, [0, 0], White).expect("no errors");
