@@ -152,6 +152,40 @@ fn what_is_saved_by_any_program_is_rendered() {
 }
 
 #[test]
+fn slow_images_come_coarse_first_and_then_in_bands() {
+    let sandbox = Sandbox::new();
+    let scene = ball("a.ppm").replace("8 6", "320 240");
+    sandbox.file("s.gml", &scene);
+    let server = Server::start(&sandbox, &["s.gml", "--samples", "16"]);
+    let mut events = server.events();
+    let mut rows = 0..0;
+    let first = events.until("coarse", 1);
+    assert_eq!((&first["width"], &first["height"]), (&json!(40), &json!(30)));
+    let picture = loop {
+        let event = events.next();
+        match event["event"].as_str() {
+            Some("band") => {
+                assert_eq!(event["y"], rows.end, "bands follow one another");
+                rows.end += event["height"].as_u64().expect("a number");
+            }
+            Some("picture") => break event,
+            other => panic!("{other:?}"),
+        }
+    };
+    assert!(rows.end > 0 && rows.end < 240, "{rows:?}");
+    let ended =
+        sandbox.run(&["run", "s.gml", "--samples", "16", "--format", "png", "--output", "-"]);
+    assert_eq!(file(&server, &picture), ended.stdout);
+    // Drafts are of no use to whoever comes later.
+    let mut late = server.events();
+    let all = late.all_of(1);
+    assert!(
+        all.iter().all(|event| event["event"] != "coarse" && event["event"] != "band"),
+        "{all:?}"
+    );
+}
+
+#[test]
 fn a_new_run_ends_the_one_before() {
     let sandbox = Sandbox::new();
     sandbox.file("cancelled.gml", ball("a.ppm"));
