@@ -1,6 +1,7 @@
 //! Images as they come into being: coarse ones first, then band by band.
 
 use std::io;
+use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
 use compiler::diagnostic::Diagnostic;
@@ -9,7 +10,6 @@ use renderer::camera::{Region, View};
 use renderer::image::Image;
 use renderer::shade::RayCounts;
 use serde_json::json;
-use std::sync::{Arc, PoisonError};
 use vm::host::{Host, RenderJob};
 
 use crate::args::{ImageFormat, ViewArgs};
