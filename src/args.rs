@@ -20,7 +20,7 @@ use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use economy::EconomyArgs;
 pub(crate) use limits::{LimitArgs, TimeArgs};
-pub(crate) use line::parse;
+pub(crate) use line::{of_worker, parse};
 use manual::COMPLETIONS_EXAMPLES;
 pub(crate) use manual::{CompletionsArgs, ManArgs};
 use parts::{MERGE_ABOUT, MERGE_EXAMPLES};
@@ -28,6 +28,8 @@ pub(crate) use parts::{MergeArgs, PartsArgs};
 use sampling::SamplingArgs;
 use stability::STABILITY_ABOUT;
 pub(crate) use stability::StabilityArgs;
+pub(crate) use view::ViewArgs;
+use view::{VIEW_ABOUT, VIEW_EXAMPLES};
 
 mod bench;
 mod chart;
@@ -43,6 +45,7 @@ mod parts;
 mod response;
 pub(crate) mod sampling;
 mod stability;
+mod view;
 
 /// Compile, run, inspect and measure GML scenes.
 ///
@@ -56,7 +59,7 @@ pub(crate) struct Args {
     pub(crate) common: Common,
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// All arguments, for starting the same again, but without `--watch`.
+    /// All arguments, for starting the same again, but without `--watch`; `view` is untrusted.
     #[arg(skip)]
     pub(crate) line: Vec<OsString>,
 }
@@ -139,6 +142,9 @@ pub(crate) enum Command {
     /// Join part files into images
     #[command(long_about = MERGE_ABOUT, after_long_help = MERGE_EXAMPLES)]
     Merge(MergeArgs),
+    /// Show a scene as a live page in a browser
+    #[command(long_about = VIEW_ABOUT, after_long_help = VIEW_EXAMPLES)]
+    View(ViewArgs),
     /// Explain the code of an error
     Explain(ExplainArgs),
     /// Print a script by which a shell completes command lines

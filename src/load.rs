@@ -52,6 +52,20 @@ impl<'a> Source<'a> {
             let name = path.display().to_string();
             Failure::Usage(format!("cannot read `{}`: {}", clean(&name), console::reason(&error)))
         })?;
+        Source::of_bytes(bytes, path, inputs, start, reporter)
+    }
+
+    /// A scene whose text somebody else has read since `start`, in place of that at the path.
+    ///
+    /// # Errors
+    /// When it is too long.
+    pub(crate) fn of_bytes(
+        bytes: Vec<u8>,
+        path: &'a Path,
+        inputs: &'a Inputs,
+        start: Instant,
+        reporter: &Reporter,
+    ) -> Result<Self, Failure> {
         let mut sources = SourceMap::default();
         let root = sources.add(&shown_name(path), bytes).map_err(|_| {
             let message = format!("`{}` is too long", clean(&shown_name(path)));
@@ -139,7 +153,7 @@ fn shown_name(path: &Path) -> String {
 }
 
 /// The whole file; of a file that is too long, enough to tell.
-fn read_file(path: &Path) -> io::Result<Vec<u8>> {
+pub(crate) fn read_file(path: &Path) -> io::Result<Vec<u8>> {
     if fs::metadata(path)?.is_dir() {
         return Err(io::ErrorKind::IsADirectory.into());
     }

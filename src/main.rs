@@ -4,6 +4,7 @@
 
 use std::process::ExitCode;
 
+use crate::args::Command;
 use crate::report::Reporter;
 
 mod args;
@@ -29,12 +30,16 @@ mod run;
 mod stability;
 mod trace;
 mod values;
+mod view;
 mod watch;
 mod watchdog;
 
 fn main() -> ExitCode {
     let args = args::parse();
-    let reporter = Reporter::new(&args.common);
+    let reporter = match &args.command {
+        Command::View(view) if view.worker => Reporter::for_programs(),
+        _ => Reporter::new(&args.common),
+    };
     let ended = crash::guarded(|| {
         watchdog::start(args.command.timeout(), reporter)?;
         crash::require_cpu()?;

@@ -113,6 +113,21 @@ pub(crate) fn trace_parts(
     })
 }
 
+/// The same in any pieces, as bytes.
+///
+/// # Errors
+/// What a surface function does wrong.
+pub(crate) fn trace_bytes(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    pieces: &mut dyn Pieces<[u8; 3]>,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<Traced, TraceFailure> {
+    let traced = trace_pieces(job, plan, settings, pieces, progress)?;
+    Ok(traced.map(|image| picture(image, Pixels::Bytes)))
+}
+
 /// Traces an image in pixels of any kind.
 ///
 /// # Errors

@@ -15,7 +15,7 @@ use std::time::{Duration, SystemTime};
 
 use rustix::process::{Pid, Signal, kill_process};
 
-use crate::args::RunArgs;
+use crate::args::{Inputs, RunArgs};
 use crate::console;
 use crate::failure::Failure;
 use crate::load::{self, is_stdio};
@@ -42,11 +42,14 @@ pub(crate) fn watch(args: &RunArgs, line: &[OsString], reporter: &Reporter) -> R
         |error| Failure::Usage(format!("cannot start a run to watch: {}", console::reason(&error)));
     let program = std::env::current_exe().map_err(failed)?;
     loop {
-        let before = stamps(&files(args));
+        let before = Watched::now(&args.scene, &args.inputs);
         let child = Command::new(&program).args(line).spawn().map_err(failed)?;
         *run_under_way() = Some(child);
-        reporter.detail(&format!("watching {} files and directories", before.len()));
-        await_change(&before);
+        reporter.detail(&format!("watching {} files and directories", before.0.len()));
+        // An ended run is not left as a zombie.
+        before.await_change(&|| {
+            let _ = run_under_way().as_mut().map(Child::try_wait);
+        });
         abandon();
     }
 }
@@ -70,42 +73,50 @@ fn run_under_way() -> MutexGuard<'static, Option<Child>> {
     RUN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Returns when a file is not what it was, and is not being changed any more.
-fn await_change(before: &BTreeMap<PathBuf, Stamp>) {
-    let now = || before.keys().map(|path| (path.clone(), stamp(path))).collect::<BTreeMap<_, _>>();
-    loop {
-        thread::sleep(PERIOD);
-        // An ended run is not left as a zombie.
-        if let Some(child) = run_under_way().as_mut() {
-            let _ = child.try_wait();
+/// The files that a scene reads, as they were at a time. Where one is not found, the directories in
+/// which it may appear are watched too.
+pub(crate) struct Watched(BTreeMap<PathBuf, Stamp>);
+
+impl Watched {
+    /// The files as they are now.
+    pub(crate) fn now(scene: &Path, inputs: &Inputs) -> Self {
+        let (found, is_complete) = load::files(scene, inputs);
+        let mut paths = vec![scene.to_owned()];
+        paths.extend(found);
+        if !is_complete {
+            let beside = scene.parent().unwrap_or(Path::new(""));
+            paths.push(if beside == Path::new("") {
+                PathBuf::from(".")
+            } else {
+                beside.to_owned()
+            });
+            paths.extend(inputs.include_dirs.iter().cloned());
         }
-        let mut changed = now();
-        if changed == *before {
-            continue;
-        }
+        Watched(stamps(&paths))
+    }
+
+    /// Returns when a file is not what it was, and is not being changed any more, with the paths of
+    /// those that are not. `tick` is called whenever they are looked at.
+    pub(crate) fn await_change(&self, tick: &dyn Fn()) -> Vec<PathBuf> {
+        let now = || self.0.keys().map(|path| (path.clone(), stamp(path))).collect();
         loop {
             thread::sleep(PERIOD);
-            let settled = now();
-            if settled == changed {
-                return;
+            tick();
+            let mut changed: BTreeMap<_, _> = now();
+            if changed == self.0 {
+                continue;
             }
-            changed = settled;
+            loop {
+                thread::sleep(PERIOD);
+                let settled = now();
+                if settled == changed {
+                    let differs = |(path, stamp): &(PathBuf, Stamp)| self.0[path] != *stamp;
+                    return changed.into_iter().filter(differs).map(|(path, _)| path).collect();
+                }
+                changed = settled;
+            }
         }
     }
-}
-
-/// The files that the scene reads now. Where one is not found, the directories in which it may appear
-/// are watched too.
-fn files(args: &RunArgs) -> Vec<PathBuf> {
-    let (found, is_complete) = load::files(&args.scene, &args.inputs);
-    let mut paths = vec![args.scene.clone()];
-    paths.extend(found);
-    if !is_complete {
-        let beside = args.scene.parent().unwrap_or(Path::new(""));
-        paths.push(if beside == Path::new("") { PathBuf::from(".") } else { beside.to_owned() });
-        paths.extend(args.inputs.include_dirs.iter().cloned());
-    }
-    paths
 }
 
 fn stamps(paths: &[PathBuf]) -> BTreeMap<PathBuf, Stamp> {

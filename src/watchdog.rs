@@ -89,7 +89,8 @@ fn end(code: i32, tell: Option<impl FnOnce(Option<String>) + Send + 'static>) ->
     std::process::exit(code)
 }
 
-fn out_of_time(timeout: Duration, interrupted: Option<String>) -> Diagnostic {
+/// The error that tells that the time is up, with what it interrupted.
+pub(crate) fn out_of_time(timeout: Duration, interrupted: Option<String>) -> Diagnostic {
     let message = format!("the time limit of {} s is reached", timeout.as_secs_f64());
     let diagnostic = Diagnostic::new(Code::TimeLimit, Span::NONE, message);
     let diagnostic = match interrupted {

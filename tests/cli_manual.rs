@@ -50,7 +50,7 @@ fn manual_pages() {
     assert_eq!(sandbox.run(&["man", "man1"]).code, 0);
     let pages = sandbox.files();
     let commands = ["bench", "chart", "check", "completions", "diff", "disasm", "eval", "explain"];
-    let further = ["man", "merge", "run", "stability"];
+    let further = ["man", "merge", "run", "stability", "view"];
     let names =
         commands.iter().chain(&["lsp"]).chain(&further).map(|name| format!("man1/gmlvm-{name}.1"));
     let mut expected: Vec<_> = names.chain(["man1/".into(), "man1/gmlvm.1".into()]).collect();

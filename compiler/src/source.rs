@@ -80,6 +80,13 @@ impl fmt::Display for LineColumn {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SourceTooLarge;
 
+/// The text of a file: UTF-8, or else Latin-1, which any bytes are.
+#[must_use]
+pub fn text(bytes: Vec<u8>) -> String {
+    String::from_utf8(bytes)
+        .unwrap_or_else(|error| error.into_bytes().iter().copied().map(char::from).collect())
+}
+
 /// All files of one program.
 #[derive(Debug, Default)]
 pub struct SourceMap {
@@ -92,8 +99,7 @@ impl SourceMap {
     /// # Errors
     /// When the program's text would be longer than [`MAX_SOURCE_BYTES`].
     pub fn add(&mut self, name: &str, bytes: Vec<u8>) -> Result<FileId, SourceTooLarge> {
-        let text = String::from_utf8(bytes)
-            .unwrap_or_else(|error| error.into_bytes().iter().copied().map(char::from).collect());
+        let text = text(bytes);
         // Address 0 is kept for `Span::NONE`; the gap of one keeps the ends of files apart.
         let start = self.files.last().map_or(1, |last| last.start as usize + last.text.len() + 1);
         if start + text.len() > MAX_SOURCE_BYTES {

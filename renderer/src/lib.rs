@@ -19,6 +19,7 @@ pub mod object;
 mod obstacles;
 mod placement;
 pub mod plan;
+pub mod probe;
 mod ray;
 mod render;
 pub mod sampling;

@@ -20,6 +20,7 @@ use crate::numeric::vec3::Vec3;
 use crate::object::ShapeKind;
 use crate::obstacles::Obstacles;
 use crate::plan::Part;
+use crate::probe::Seen;
 use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
 use crate::scene::Scene;
 use crate::shape;
@@ -258,6 +259,22 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     #[inline(always)]
     fn has_given_up(&self) -> bool {
         self.gives_up && self.doubt.is_some()
+    }
+
+    /// What is first met at a point of the image plane.
+    pub(crate) fn seen(&mut self, grid: &Grid<R>, from: ImagePoint) -> Option<Seen> {
+        let ray = grid.ray(from);
+        let crossing = self.scene.first_hit(&ray, &mut self.workspace)?;
+        let (hit, place) = self.hit(&ray, ray.dir, crossing);
+        let leaf = &self.scene.leaves[crossing.leaf as usize];
+        Some(Seen {
+            shape: crossing.leaf as usize,
+            kind: leaf.kind,
+            surface: leaf.surface,
+            at: place.locate(Needs::ALL),
+            point: hit.point.to_dvec3(),
+            distance: crossing.t.to_f64() * ray.dir.to_dvec3().length(),
+        })
     }
 
     /// The light that arrives at the eye from a point of the image plane; black where there is nothing.

@@ -9,6 +9,7 @@ use crate::args::{Args, Command, Precision};
 pub(super) fn refuse(command: &Command) {
     let (sampling, certifies) = match command {
         Command::Run(args) => (args.sampling, args.precision() == Precision::Certified),
+        Command::View(args) => (args.sampling, args.precision == Precision::Certified),
         Command::Bench(args) => (args.sampling, args.precision.contains(&Precision::Certified)),
         _ => return,
     };

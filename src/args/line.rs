@@ -5,11 +5,11 @@ use std::ffi::{OsStr, OsString};
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser};
 
-use crate::args::{Args, contradictions, response};
+use crate::args::{Args, Command, contradictions, response};
 use crate::clean::clean;
 
 /// Names of the commands, for telling them from scenes.
-const COMMANDS: [&str; 14] = [
+const COMMANDS: [&str; 15] = [
     "run",
     "check",
     "lsp",
@@ -20,17 +20,22 @@ const COMMANDS: [&str; 14] = [
     "chart",
     "stability",
     "merge",
+    "view",
     "explain",
     "completions",
     "man",
     "help",
 ];
 
+/// What makes a `view` render in place of serving a page; no option for users.
+const WORKER: &str = "--worker";
+
 /// Reads the command line; on an error says so and ends the process, with exit code 2.
 pub(crate) fn parse() -> Args {
     let args = response::expanded(std::env::args_os().collect())
         .unwrap_or_else(|message| Args::command().error(ErrorKind::Io, clean(&message)).exit());
-    let args = with_command(args);
+    let mut args = untrusting(with_command(args));
+    let is_worker = take_worker(&mut args);
     let mut parsed = Args::try_parse_from(&args).unwrap_or_else(|error| {
         // The message quotes what is wrong. A file's name, say, that a shell has put there may hold
         // commands for the terminal, so it is that about the cleaned line, which is as wrong.
@@ -38,12 +43,53 @@ pub(crate) fn parse() -> Args {
         Args::try_parse_from(cleaned).err().unwrap_or(error).exit()
     });
     contradictions::refuse(&parsed.command);
+    if let Command::View(view) = &mut parsed.command {
+        view.worker = is_worker;
+    }
     parsed.line = args.into_iter().skip(1).filter(|argument| argument != "--watch").collect();
     parsed
 }
 
+/// Has `view` not trust its scene, which a page may have changed.
+fn untrusting(mut args: Vec<OsString>) -> Vec<OsString> {
+    let at = command_at(&args);
+    let mut options = args.iter().take_while(|argument| *argument != "--");
+    if args.get(at).is_some_and(|word| word == "view")
+        && !options.any(|option| option == "--untrusted")
+    {
+        args.insert(at + 1, "--untrusted".into());
+    }
+    args
+}
+
+/// Whether `view` is to be a worker, which its first word says.
+fn take_worker(args: &mut Vec<OsString>) -> bool {
+    let at = command_at(args);
+    let is_worker = args.get(at).is_some_and(|word| word == "view")
+        && args.get(at + 1).is_some_and(|word| word == WORKER);
+    if is_worker {
+        args.remove(at + 1);
+    }
+    is_worker
+}
+
+/// Makes the arguments of a `view` those of its worker; the first is the program's name.
+pub(crate) fn of_worker(mut args: Vec<OsString>) -> Vec<OsString> {
+    args.insert(command_at(&args) + 1, WORKER.into());
+    args
+}
+
 /// Puts `run` in front of a scene that stands where the command would.
 fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let at = command_at(&args);
+    if args.get(at).is_some_and(|argument| !names_command(argument)) {
+        args.insert(at, "run".into());
+    }
+    args
+}
+
+/// Where the command stands, behind the options of all commands, or whatever is in its place.
+fn command_at(args: &[OsString]) -> usize {
     let mut at = 1;
     while let Some(argument) = args.get(at) {
         at += match argument.to_str() {
@@ -54,10 +100,7 @@ fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
             _ => break,
         };
     }
-    if args.get(at).is_some_and(|argument| !names_command(argument)) {
-        args.insert(at, "run".into());
-    }
-    args
+    at
 }
 
 /// Whether an argument is for us, and not a scene or an option of `run`.
@@ -80,7 +123,7 @@ mod tests {
         Args::command().debug_assert();
         let names: Vec<_> =
             Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
-        assert_eq!(names, COMMANDS[..13]);
+        assert_eq!(names, COMMANDS[..14]);
     }
 
     #[test]

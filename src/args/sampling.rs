@@ -44,6 +44,17 @@ impl SamplingArgs {
     }
 }
 
+/// The sampling that a page names, as [`name`] does.
+pub(crate) fn named(text: &str) -> Option<Sampling> {
+    let number = |text: &str, max| text.parse().ok().filter(|n| (1..=max).contains(n));
+    match text.split_once(' ') {
+        None if text == "centre" => Some(Sampling::Centre),
+        Some(("grid", n)) => number(n, Sampling::MAX_GRID).map(Sampling::Grid),
+        Some(("adaptive", depth)) => number(depth, Sampling::MAX_DEPTH).map(Sampling::Adaptive),
+        _ => None,
+    }
+}
+
 /// The same in a word.
 pub(crate) fn name(sampling: Sampling) -> String {
     match sampling {

@@ -41,9 +41,22 @@ pub(crate) struct Bench<'b> {
 /// # Errors
 /// What is wrong with the scene.
 pub(crate) fn measure(scene: &Path, bench: Bench<'_>) -> Result<Vec<Chart>, Failure> {
+    let source = Source::read(scene, &bench.args.inputs, bench.reporter)?;
+    measure_source(source, scene, bench)
+}
+
+/// The same of a scene that has been read, under the name `scene`.
+///
+/// # Errors
+/// What is wrong with the scene.
+pub(crate) fn measure_source(
+    source: Source<'_>,
+    scene: &Path,
+    bench: Bench<'_>,
+) -> Result<Vec<Chart>, Failure> {
     let name = clean(&scene.display().to_string()).into_owned();
     let mut contest = Contest::new(&name, bench);
-    each_image(scene, bench, &mut |job, plan, number| contest.image(job, plan, number))?;
+    each_image(source, scene, bench, &mut |job, plan, number| contest.image(job, plan, number))?;
     Ok(contest.charts())
 }
 
@@ -56,12 +69,12 @@ pub(crate) type OfImage<'f> =
 /// # Errors
 /// What is wrong with the scene, or that it asks for none.
 pub(crate) fn each_image(
+    mut source: Source<'_>,
     scene: &Path,
     bench: Bench<'_>,
     of_image: OfImage<'_>,
 ) -> Result<(), Failure> {
     let Bench { args, reporter, .. } = bench;
-    let mut source = Source::read(scene, &args.inputs, reporter)?;
     let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
     let mut host = Images { bench, of_image, n_images: 0, stopped_by: None };
     let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);

@@ -101,7 +101,11 @@ fn register() {
     });
 }
 
-fn svg(data: &impl Sheet) -> Result<String, Failure> {
+/// The drawing as SVG.
+///
+/// # Errors
+/// When it cannot be drawn.
+pub(crate) fn svg(data: &impl Sheet) -> Result<String, Failure> {
     register();
     let mut svg = String::new();
     {

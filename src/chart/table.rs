@@ -10,6 +10,7 @@ use crate::measure::statistics::median;
 use crate::measure::time;
 
 /// A table for any reader. The first and the last column are of words, the others of numbers.
+#[derive(serde::Serialize)]
 pub(crate) struct Table {
     pub(super) title: String,
     pub(super) headings: Vec<String>,

@@ -18,7 +18,7 @@ use crate::clean::{clean, clean_lines, shortened};
 use crate::console;
 use crate::driver::accept::run_visited;
 use crate::failure::Failure;
-use crate::listing::html::Page;
+use crate::listing::html::{MAX_ROWS, Page};
 use crate::listing::{self, Selection, Surfaces, Walk};
 use crate::load::{Source, is_stdio};
 use crate::output::Target;
@@ -155,7 +155,7 @@ fn walk_surfaces(
 fn page(args: &DisasmArgs, path: &Path, reporter: &Reporter) -> Result<(), Failure> {
     let mut source = Source::read(&args.scene, &args.inputs, reporter)?;
     let (program, selection) = program(args, &mut source, reporter)?;
-    let mut page = Page::new(&program.bytecode, &source.sources);
+    let mut page = Page::new(&program.bytecode, &source.sources, MAX_ROWS);
     let mut walk = Walk::new(selection, args.limits.machine());
     walk_surfaces(&mut walk, args, &source, &program, reporter, &mut |shown| {
         page.add(shown);

@@ -4,7 +4,7 @@ use crate::args::{Args, Command};
 use crate::failure::Failure;
 use crate::lsp;
 use crate::report::Reporter;
-use crate::watch;
+use crate::{view, watch};
 
 pub(crate) use accept::run_to_the_end;
 
@@ -20,6 +20,8 @@ mod manual;
 mod merge;
 mod run;
 mod stability;
+
+pub(crate) use run::threads;
 
 /// Runs the command and returns the exit code.
 ///
@@ -38,6 +40,7 @@ pub(crate) fn execute(args: &Args, reporter: &Reporter) -> Result<u8, Failure> {
         Command::Chart(args) => chart::chart(args, reporter),
         Command::Stability(args) => stability::stability(args, reporter),
         Command::Merge(args) => merge::merge(args, reporter),
+        Command::View(view) => view::view(view, &args.line, reporter),
         Command::Explain(args) => explain::explain(args),
         Command::Completions(args) => manual::completions(args),
         Command::Man(args) => manual::man(args),

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use jit::shaders::{Evaluation, SurfaceReport};
+use jit::shaders::SurfaceReport;
 use rayon::ThreadPool;
 use vm::machine::Machine;
 use vm::program::LoadedProgram;
@@ -13,6 +13,7 @@ use crate::args::{RunArgs, sampling};
 use crate::console;
 use crate::failure::Failure;
 use crate::listing::numbered;
+use crate::listing::text::evaluation;
 use crate::load::Source;
 use crate::parts::store::Store;
 use crate::perf::PerfMap;
@@ -106,7 +107,7 @@ pub(super) fn execute(
 ///
 /// # Errors
 /// When the system does not give them.
-pub(super) fn threads(n: usize) -> Result<ThreadPool, Failure> {
+pub(crate) fn threads(n: usize) -> Result<ThreadPool, Failure> {
     rayon::ThreadPoolBuilder::new().num_threads(n).build().map_err(|error| {
         Failure::Usage(format!("cannot start the threads: {}", console::reason(&error)))
     })
@@ -118,16 +119,7 @@ fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> 
     let mut alike: Vec<(String, Vec<usize>)> = Vec::new();
     let mut by_line = HashMap::new();
     for (number, report) in reports.iter().enumerate() {
-        let how = match &report.evaluation {
-            Evaluation::Constant => "constant".to_owned(),
-            Evaluation::Native { n_bytes, n_uniforms } => {
-                format!("native, {n_bytes} bytes of code, {n_uniforms} uniforms")
-            }
-            Evaluation::Declined(why) => {
-                format!("interpreted: {} at {}", why.reason, source.place(why.span))
-            }
-            Evaluation::Cold => "interpreted: called too seldom to be worth compiling".to_owned(),
-        };
+        let how = evaluation(&report.evaluation, &source.sources);
         let line = format!("{}: {how}", source.place(report.span));
         let index = *by_line.entry(line.clone()).or_insert(alike.len());
         if index == alike.len() {

@@ -26,8 +26,8 @@ const SCRIPT: &str = include_str!("page/page.js");
 const STYLE_HASH: &str = "1WZkA0vRdbXY+ptE/uPH0jofyvWDsWir6C1qi85OSec=";
 const SCRIPT_HASH: &str = "CoEeey0Gt9Tg4azkkDuar+LU9m2nYeLTepHMHgX35yE=";
 
-/// A page has at most so many rows; whoever wants more chooses a surface.
-const MAX_ROWS: usize = 200_000;
+/// A page has at most so many rows, and one surface; whoever wants more chooses a surface.
+pub(crate) const MAX_ROWS: usize = 200_000;
 /// Of longer files only those lines are shown that something came from, and lines around them.
 const MAX_FILE_LINES: usize = 2000;
 const LINES_AROUND: usize = 3;
@@ -43,6 +43,7 @@ pub(crate) struct Page<'p> {
     /// The files that something came from, in the order of their appearance, with the lines.
     files: Vec<(&'p SourceFile, BTreeSet<usize>)>,
     n_rows: usize,
+    max_rows: usize,
     n_hidden: usize,
 }
 
@@ -52,6 +53,7 @@ type Row = (String, String, String, String);
 #[derive(Serialize)]
 struct SurfaceData {
     name: String,
+    numbers: Vec<usize>,
     outcome: String,
     details: Vec<(String, String)>,
     functions: Vec<u32>,
@@ -80,8 +82,8 @@ struct Data<'d> {
 }
 
 impl<'p> Page<'p> {
-    /// A page without surfaces.
-    pub(crate) fn new(program: &'p Program, sources: &'p SourceMap) -> Self {
+    /// A page without surfaces, with room for about so many rows.
+    pub(crate) fn new(program: &'p Program, sources: &'p SourceMap, max_rows: usize) -> Self {
         Page {
             program,
             sources,
@@ -89,13 +91,14 @@ impl<'p> Page<'p> {
             functions: BTreeMap::new(),
             files: Vec::new(),
             n_rows: 0,
+            max_rows,
             n_hidden: 0,
         }
     }
 
     /// Adds surfaces that share a shader, as long as there is room.
     pub(crate) fn add(&mut self, surfaces: &Surfaces) {
-        if self.n_rows > MAX_ROWS {
+        if self.n_rows > self.max_rows {
             self.n_hidden += 1;
             return;
         }
@@ -113,6 +116,7 @@ impl<'p> Page<'p> {
         let title = disasm::title(self.program, listing.function);
         self.surfaces.push(SurfaceData {
             name: cut(&format!("{}: {title}", numbered(numbers))),
+            numbers: numbers.clone(),
             outcome: outcome(&listing.outcome, self.sources),
             details,
             functions,
@@ -166,18 +170,26 @@ impl<'p> Page<'p> {
         Some(format!("{index}:{line}"))
     }
 
-    /// Writes the page.
+    /// What the page shows, as JSON in which no `<` is left as it is.
     ///
     /// # Errors
-    /// Those of `out`.
-    pub(crate) fn write(&self, title: &str, out: &mut dyn Write) -> io::Result<()> {
+    /// None that can happen to text.
+    pub(crate) fn data(&self) -> io::Result<String> {
         let hidden = match self.n_hidden {
             0 => String::new(),
             n => format!("{n} more did not fit; choose one with --surface"),
         };
         let files = self.files.iter().map(|(file, used)| file_data(file, used)).collect();
         let data = Data { surfaces: &self.surfaces, functions: &self.functions, files, hidden };
-        let data = serde_json::to_string(&data)?.replace('<', "\\u003c");
+        Ok(serde_json::to_string(&data)?.replace('<', "\\u003c"))
+    }
+
+    /// Writes the page.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub(crate) fn write(&self, title: &str, out: &mut dyn Write) -> io::Result<()> {
+        let data = self.data()?;
         let mut rest = PAGE;
         // What is put in may look like a place to put something, and is not looked at again.
         while let Some((before, after)) = rest.split_once('{') {

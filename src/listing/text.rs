@@ -6,6 +6,7 @@ use compiler::bytecode::Program;
 use compiler::disasm::{self, SourceLines};
 use compiler::source::{SourceMap, Span};
 use jit::listing::{Line, Listing, Native, Outcome, Site};
+use jit::shaders::Evaluation;
 use renderer::surface::SurfaceSample;
 
 use crate::args::Stage;
@@ -94,6 +95,20 @@ pub(super) fn outcome(outcome: &Outcome, sources: &SourceMap) -> String {
         Outcome::Declined(why) => {
             format!("interpreted: {} at {}", why.reason, place(sources, why.span))
         }
+    }
+}
+
+/// How surfaces were evaluated, in words.
+pub(crate) fn evaluation(evaluation: &Evaluation, sources: &SourceMap) -> String {
+    match evaluation {
+        Evaluation::Constant => "constant".to_owned(),
+        Evaluation::Native { n_bytes, n_uniforms } => {
+            format!("native, {n_bytes} bytes of code, {n_uniforms} uniforms")
+        }
+        Evaluation::Declined(why) => {
+            format!("interpreted: {} at {}", why.reason, place(sources, why.span))
+        }
+        Evaluation::Cold => "interpreted: called too seldom to be worth compiling".to_owned(),
     }
 }
 

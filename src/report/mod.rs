@@ -14,6 +14,8 @@ mod excerpt;
 mod human;
 mod machine;
 
+pub(crate) use machine::plain_json;
+
 /// Tells the user what is wrong, in the manner that the command line asks for.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reporter {
@@ -35,6 +37,11 @@ impl Reporter {
         };
         let Common { quiet, verbose, message_format, .. } = *options;
         Reporter { format: message_format, color, quiet, verbose }
+    }
+
+    /// A reporter of errors only, each as a line of JSON.
+    pub(crate) fn for_programs() -> Self {
+        Reporter { format: MessageFormat::Json, color: false, quiet: true, verbose: false }
     }
 
     /// The same, but for errors only.

@@ -114,14 +114,32 @@ pub(crate) fn write_marks(
     certainties: &[Certainty],
     picture: &Picture,
 ) -> Result<(), Box<Diagnostic>> {
-    let Picture { width, height, .. } = *picture;
-    let pixels = Pixels::Bytes(certainties.iter().map(color).collect());
-    let marks = Picture { width, height, pixels };
+    let marks = marks(certainties, picture);
     let written = naming::filled(file, &job.name, number).and_then(|path| {
         Target::path(path).write(&mut |out| formats::write(ImageFormat::Png, &marks, out))
     });
     written
         .map_err(|problem| super::unwritable(problem, job, &file.to_string_lossy(), Path::new(".")))
+}
+
+/// The picture of how the pixels of another are known.
+pub(crate) fn marks(certainties: &[Certainty], picture: &Picture) -> Picture {
+    let Picture { width, height, .. } = *picture;
+    let pixels = Pixels::Bytes(certainties.iter().map(color).collect());
+    Picture { width, height, pixels }
+}
+
+/// How a pixel is known, in words.
+pub(crate) fn words(certainty: &Certainty) -> &'static str {
+    match certainty {
+        Certainty::Unknown => "not known",
+        Certainty::Double => "certain in doubles",
+        Certainty::DoubleDouble => "certain in double-double",
+        Certainty::Rule(Doubt::Boundary) => "by the rules for ties: which boundary is first",
+        Certainty::Rule(Doubt::Light) => "by the rules for ties: whether light arrives",
+        Certainty::Rule(Doubt::Surface) => "by the rules for ties: what the surface function does",
+        Certainty::Rule(Doubt::Color) => "by the rules for ties: the colour as bytes",
+    }
 }
 
 /// The colour that stands for a certainty; those of doubts can be told apart with any colour vision.

@@ -36,6 +36,24 @@ pub(crate) fn explained(
     settings: Settings<'_>,
     traced: &Traced,
 ) -> Result<Vec<String>, TraceFailure> {
+    let mut lines = uses(traced);
+    lines.extend(savings(job, plan, settings, traced)?);
+    Ok(lines)
+}
+
+/// The second half of that: what each omission saves.
+///
+/// # Errors
+/// What a surface function does wrong.
+///
+/// # Panics
+/// If leaving out changes a byte.
+pub(crate) fn savings(
+    job: &RenderJob<'_>,
+    plan: &Plan,
+    settings: Settings<'_>,
+    traced: &Traced,
+) -> Result<Vec<String>, TraceFailure> {
     let omissions = Part::ALL.map(|part| Omissions::ALL.without(part));
     let mut variants: Vec<Variant> = [Omissions::ALL, Omissions::NONE]
         .into_iter()
@@ -54,7 +72,7 @@ pub(crate) fn explained(
             assert!(is_same, "an image with {:?} differs", variant.omissions);
         }
     }
-    let mut lines = uses(traced);
+    let mut lines = Vec::new();
     let [all, none, by_part @ ..] = &variants[..] else { unreachable!("both ends are traced") };
     let ms = 1e3 * median(all.times.clone());
     lines.push(format!("  {ms:.1} ms of processor time, the median of {N_ROUNDS}; times as much"));
@@ -78,8 +96,8 @@ fn median(mut values: Vec<f64>) -> f64 {
     values[values.len() / 2]
 }
 
-/// What a scene uses of the model.
-fn uses(traced: &Traced) -> Vec<String> {
+/// What a scene uses of the model: the first half of what is explained, which takes no time.
+pub(crate) fn uses(traced: &Traced) -> Vec<String> {
     let Use { shapes, single, unturned, planes, lights, directional, spots, fading } = traced.used;
     let RayCounts { primary, reflected, shadow, blocked, surface_calls } = traced.rays;
     let is_constant = |evaluation: &Evaluation| matches!(evaluation, Evaluation::Constant);

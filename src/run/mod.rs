@@ -31,7 +31,7 @@ use crate::values::Size;
 
 pub(crate) mod certainty;
 pub(crate) mod digest;
-mod economy;
+pub(crate) mod economy;
 pub(crate) mod naming;
 pub(crate) mod plan;
 pub(crate) mod progress;
@@ -369,7 +369,8 @@ pub(crate) fn surface_error(failure: TraceFailure, job: &RenderJob<'_>) -> Box<D
     Box::new(diagnostic.note(place))
 }
 
-fn image_stats(
+/// Times and counts of an image that has been traced.
+pub(crate) fn image_stats(
     file: Option<String>,
     job: &RenderJob<'_>,
     plan: &Plan,

@@ -21,6 +21,7 @@ use crate::chart::study::sets::Kind;
 use crate::clean::clean;
 use crate::failure::Failure;
 use crate::formats::Pixels;
+use crate::load::Source;
 use crate::measure::machine;
 use crate::measure::rounds::Rounds;
 use crate::measure::statistics::median;
@@ -48,7 +49,8 @@ struct Image<'i> {
 pub(super) fn measure(kind: Kind, scene: &Path, bench: Bench<'_>) -> Result<Vec<Panel>, Failure> {
     let scene_name = clean(&scene.display().to_string()).into_owned();
     let mut panels = Vec::new();
-    each_image(scene, bench, &mut |job, plan, number| {
+    let source = Source::read(scene, &bench.args.inputs, bench.reporter)?;
+    each_image(source, scene, bench, &mut |job, plan, number| {
         let args = bench.args;
         let (width, height) = (plan.view.width, plan.view.height);
         args.limits.check(job, number, width, height, Precision::Certified)?;
