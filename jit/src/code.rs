@@ -51,9 +51,9 @@ unsafe impl Sync for Memory {}
 
 impl Drop for Memory {
     fn drop(&mut self) {
-        // SAFETY: the module is taken once, here. Its code runs only in the methods of `Code` that
-        // call it, which borrow the `Code` that owns this memory, so that no call is active and none
-        // can follow.
+        // SAFETY: the module is taken once, here. Its code runs only in methods of `Code`, which borrow
+        // the `Code` that owns this memory, and of `Native`, which borrow a share of it: so no call is
+        // active and none can follow.
         unsafe { ManuallyDrop::take(&mut self.0).free_memory() }
     }
 }
@@ -139,33 +139,6 @@ impl Code {
             // which the `Code` owns.
             unsafe { std::mem::transmute::<*const u8, SurfaceFn>(address) }
         })
-    }
-
-    /// Calls the shader; none if the interpreter must do it. `uniforms` are as many as the shader
-    /// was compiled for.
-    #[inline(always)]
-    pub(crate) fn call(
-        &self,
-        uniforms: &[u64],
-        face: u8,
-        u: f64,
-        v: f64,
-        fuel: i64,
-    ) -> Option<SurfaceSample> {
-        let mut out = MaybeUninit::uninit();
-        // SAFETY: `entry` is finalized code of this signature in memory that `self` owns. It reads
-        // uniforms within the number that it was compiled for, which `Native` passes, and tables
-        // that `self` owns, at checked indices; and it writes nothing but `out`. It does not unwind:
-        // the functions that it calls do not panic. What its routines take of the stack is bounded
-        // by `STACK_BYTES`.
-        let status = unsafe {
-            (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, out.as_mut_ptr())
-        };
-        if status != DONE {
-            return None;
-        }
-        // SAFETY: code that returns `DONE` has written all results.
-        Some(sample(unsafe { out.assume_init_ref() }))
     }
 }
 
@@ -369,16 +342,18 @@ fn words(error: impl std::fmt::Display) -> String {
 /// A shader with the uniforms of one closure.
 #[derive(Clone)]
 pub(crate) struct Native<F = SurfaceFn> {
+    /// That of the code, here so that a call need not look there.
+    entry: F,
     pub(crate) code: Arc<Code<F>>,
     uniforms: Box<[u64]>,
     /// What a call may use up in loops and routines.
     fuel: i64,
 }
 
-impl<F> Native<F> {
+impl<F: Copy> Native<F> {
     pub(crate) fn new(code: Arc<Code<F>>, uniforms: Vec<u64>, fuel: i64) -> Self {
         assert_eq!(uniforms.len(), code.n_uniforms as usize, "a shader and its uniforms fit");
-        Native { code, uniforms: uniforms.into_boxed_slice(), fuel }
+        Native { entry: code.entry, code, uniforms: uniforms.into_boxed_slice(), fuel }
     }
 }
 
@@ -395,9 +370,23 @@ impl Native {
         self.uniforms.len() as u32
     }
 
+    /// Calls the shader; none if the interpreter must do it.
     #[inline(always)]
     pub(crate) fn call(&self, face: u8, u: f64, v: f64) -> Option<SurfaceSample> {
-        self.code.call(&self.uniforms, face, u, v, self.fuel)
+        let Native { entry, code: _, uniforms, fuel } = self;
+        let mut out = MaybeUninit::uninit();
+        // SAFETY: `entry` is finalized code of this signature, in memory of `code`, which `self` owns a
+        // share of. It reads uniforms within the number that it was compiled for, which `new` has
+        // checked, and tables of `code`, at checked indices; and it writes nothing but `out`. It does
+        // not unwind: the functions that it calls do not panic. What its routines take of the stack is
+        // bounded by `STACK_BYTES`.
+        let status =
+            unsafe { entry(uniforms.as_ptr(), i64::from(face), u, v, *fuel, out.as_mut_ptr()) };
+        if status != DONE {
+            return None;
+        }
+        // SAFETY: code that returns `DONE` has written all results.
+        Some(sample(unsafe { out.assume_init_ref() }))
     }
 
     /// Calls the bounded version of the shader; none if it has left.

@@ -18,11 +18,8 @@ impl<R: Real> Affine<R> {
     /// The image of a point.
     #[inline(always)]
     pub fn point(&self, p: Vec3<R>) -> Vec3<R> {
-        let row = |row: Vec3<R>, shift: R| {
-            row.x.mul_add(p.x, row.y.mul_add(p.y, row.z.mul_add(p.z, shift)))
-        };
-        let [x, y, z] = self.rows;
-        Vec3::new(row(x, self.shift.x), row(y, self.shift.y), row(z, self.shift.z))
+        let ([x, y, z], shift) = (self.rows, self.shift);
+        Vec3::new(x.dot_and(p, shift.x), y.dot_and(p, shift.y), z.dot_and(p, shift.z))
     }
 
     /// The image of a vector: the shift does not count.

@@ -54,6 +54,12 @@ impl<R: Real> Vec3<R> {
         self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
     }
 
+    /// The inner product and a number, added up.
+    #[inline(always)]
+    pub fn dot_and(self, other: Self, number: R) -> R {
+        self.x.mul_add(other.x, self.y.mul_add(other.y, self.z.mul_add(other.z, number)))
+    }
+
     /// The cross product, each component to 1.5 units in the last place.
     #[inline(always)]
     #[must_use]
