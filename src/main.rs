@@ -24,6 +24,7 @@ mod measure;
 mod output;
 mod parts;
 mod perf;
+mod preview;
 mod report;
 mod run;
 mod stability;

@@ -19,6 +19,7 @@ use crate::failure::Failure;
 use crate::load::Source;
 use crate::measure::rounds::Rounds;
 use crate::report::Reporter;
+use crate::run::limits::Used;
 use crate::run::plan::Plan;
 use crate::run::{self, plan};
 use crate::values::Size;
@@ -50,7 +51,7 @@ pub(crate) fn measure(scene: &Path, bench: Bench<'_>) -> Result<Vec<Chart>, Fail
         Some(failure) => failure,
         None => source.stopped(error.into_diagnostic(), reporter),
     })?;
-    if host.n_images == 0 {
+    if host.used.images == 0 {
         return Err(Failure::Usage(format!("`{name}` renders no image that could be charted")));
     }
     Ok(host.charts())
@@ -61,7 +62,7 @@ struct Contest<'b> {
     scene: &'b str,
     bench: Bench<'b>,
     contenders: Vec<Contender>,
-    n_images: u64,
+    used: Used,
     n_pixels: u64,
     stopped_by: Option<Failure>,
 }
@@ -102,7 +103,7 @@ impl<'b> Contest<'b> {
             stopped: None,
         };
         let contenders = METHODS.iter().filter(is_asked).map(contender).collect();
-        Contest { scene, bench, contenders, n_images: 0, n_pixels: 0, stopped_by: None }
+        Contest { scene, bench, contenders, used: Used::default(), n_pixels: 0, stopped_by: None }
     }
 
     fn diagrams(&self) -> impl Iterator<Item = Diagram> {
@@ -137,7 +138,7 @@ impl<'b> Contest<'b> {
             Render::Tracer(_, precision) => precision,
             Render::Naive(..) | Render::Sampled(_) => Precision::F64,
         };
-        args.limits.check(job, self.n_images, width, height, precision)
+        args.limits.check(job, self.used, width, height, precision)
     }
 
     fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
@@ -175,7 +176,7 @@ impl<'b> Contest<'b> {
         let chart = |diagram: Diagram| Chart {
             scene: self.scene.to_owned(),
             diagram,
-            images: self.n_images,
+            images: self.used.images,
             pixels: self.n_pixels,
             methods: measured.extract_if(.., |(of, _)| *of == diagram).map(|(_, m)| m).collect(),
             about: self.bench.about.clone(),
@@ -193,7 +194,8 @@ impl<'b> Contest<'b> {
 impl Host for Contest<'_> {
     fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         job.depth = self.bench.args.picture.depth.unwrap_or(job.depth);
-        self.n_images += 1;
+        let Size { width, height } = plan::size(&job, &self.bench.args.picture);
+        self.used.add(width, height);
         self.image(&job)
     }
 }
