@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use crate::lexer::MAX_TOKENS;
+
 /// The most bytes of source text that a program may have, included files counted each time.
 pub const MAX_SOURCE_BYTES: usize = 64 << 20;
 
@@ -81,12 +83,32 @@ impl fmt::Display for LineColumn {
 pub struct SourceTooLarge;
 
 /// All files of one program.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct SourceMap {
     files: Vec<SourceFile>,
+    max_words: usize,
+}
+
+impl Default for SourceMap {
+    /// No files, of a program that may have [`MAX_TOKENS`] words.
+    fn default() -> Self {
+        SourceMap::with_max_words(MAX_TOKENS)
+    }
 }
 
 impl SourceMap {
+    /// No files, of a program that may have so many words, but not more than [`MAX_TOKENS`].
+    #[must_use]
+    pub fn with_max_words(max_words: usize) -> Self {
+        SourceMap { files: Vec::new(), max_words: max_words.min(MAX_TOKENS) }
+    }
+
+    /// The most words that the program may have.
+    #[must_use]
+    pub fn max_words(&self) -> usize {
+        self.max_words
+    }
+
     /// Adds a file and gives it the next free addresses.
     ///
     /// # Errors

@@ -54,6 +54,9 @@ pub(crate) struct LimitArgs {
     pub(crate) max_reflections: u32,
 }
 
+/// The most words of a program that is held to the limits of `--untrusted` without being asked.
+pub(crate) const STRICT_WORDS: usize = 1 << 19;
+
 impl LimitArgs {
     /// What `--untrusted` limits a program to.
     pub(crate) fn strict() -> Self {
@@ -103,6 +106,7 @@ mod tests {
         assert_eq!((fuel, max_depth, max_memory), (1_000_000_000, 10_000, 512 << 20));
         assert_eq!((max_pixels, max_images, max_reflections), (1 << 24, 16, 1000));
         assert_eq!((max_total_pixels, trusted.limits.max_total_pixels), (Some(1 << 26), None));
+        assert_eq!(untrusted.inputs.max_words, STRICT_WORDS);
         assert_eq!(untrusted.time.timeout, Some(Duration::from_secs(60)));
         assert_eq!(trusted.time.timeout, None);
         assert!(fuel < trusted.limits.fuel && max_depth < trusted.limits.max_depth);
@@ -120,9 +124,10 @@ mod tests {
     fn the_limits_are_those_of_the_documentation() {
         let text = include_str!("../../docs/untrusted.md");
         let [usual, strict] = [&[][..], &["--untrusted"]].map(|options| {
-            let RunArgs { limits, time, .. } = run(options);
+            let RunArgs { limits, time, inputs, .. } = run(options);
             let number = grouped;
             [
+                ("--max-words", number(inputs.max_words as u64)),
                 ("--fuel", number(limits.fuel)),
                 ("--max-depth", number(limits.max_depth as u64)),
                 ("--max-memory", format!("{}M", limits.max_memory >> 20).replace("4096M", "4G")),
