@@ -56,7 +56,7 @@ scaling:
         --export docs/charts/scaling.json -o docs/charts/scaling.svg
 
 # A Debian package with manual pages, completions, the book and the scenes, in target/debian (needs
-# cargo-deb). `just deb --profile dev`, say, hands arguments on.
+# cargo-deb).
 deb *args:
     contrib/debian-package.sh {{args}}
 

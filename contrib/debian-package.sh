@@ -1,20 +1,11 @@
 #!/usr/bin/env bash
-# Makes a Debian package of gmlvm by cargo-deb; arguments are for `cargo deb`. What the package holds
+# Makes a Debian package of gmlvm by cargo-deb, in target/debian; arguments are for `cargo deb`. What the package holds
 # besides the program and the sources' own files is made in target/deb.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-profile=release
-for argument in "$@"; do
-    case $argument in
-        --profile=*) profile=${argument#*=} ;;
-        dev | release) profile=$argument ;;
-    esac
-done
-cargo build --profile "$profile" --package gmlvm
-directory=$profile
-[ "$profile" = dev ] && directory=debug
-gmlvm=${CARGO_TARGET_DIR:-target}/$directory/gmlvm
+cargo build --release --package gmlvm
+gmlvm=${CARGO_TARGET_DIR:-target}/release/gmlvm
 
 made=target/deb
 rm -rf "$made"

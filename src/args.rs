@@ -20,7 +20,7 @@ pub(crate) use diff::{DiffArgs, Metric};
 use disasm::{DISASM_ABOUT, DISASM_EXAMPLES};
 pub(crate) use disasm::{DisasmArgs, Stage};
 pub(crate) use economy::EconomyArgs;
-pub(crate) use limits::{LimitArgs, STRICT_WORDS, TimeArgs};
+pub(crate) use limits::{LimitArgs, TimeArgs};
 pub(crate) use line::parse;
 use manual::COMPLETIONS_EXAMPLES;
 pub(crate) use manual::{CompletionsArgs, ManArgs};
@@ -179,7 +179,7 @@ pub(crate) struct Inputs {
     pub(crate) include_dirs: Vec<PathBuf>,
     /// Run a scene that may mean harm: tight limits, and no links to other places
     ///
-    /// Limits that are not given become: --max-words 524288, --fuel 1000000000, --max-depth 10000, --max-memory 512M,
+    /// Limits that are not given become: --max-words 262144, --fuel 1000000000, --max-depth 10000, --max-memory 512M,
     /// --max-pixels 16777216, --max-total-pixels 67108864, --max-images 16, --max-reflections 1000 and
     /// --timeout 60s; and `run` gets --no-clobber. Included files must lie in the scene's own directory, or one of `-I`, and are not reached through links;
     /// a scene from the standard input has no directory. On Linux the kernel is asked to refuse `run`
@@ -191,7 +191,7 @@ pub(crate) struct Inputs {
         long,
         value_name = "N",
         default_value_t = MAX_TOKENS,
-        default_value_if("untrusted", "true", "524288"),
+        default_value_if("untrusted", "true", "262144"),
         help_heading = "Limits"
     )]
     pub(crate) max_words: usize,

@@ -26,7 +26,7 @@ fn limits_are_tight() {
         "0 ".repeat(1000)
     );
     for (scene, code, option) in [
-        ("1 ".repeat((1 << 19) + 1), "E0013", "--max-words 524289"),
+        ("1 ".repeat((1 << 18) + 1), "E0013", "--max-words 262145"),
         (grow(20_000), "E0402", "--max-depth 20001"),
         (arrays, "E0403", "--max-memory 4G"),
         (size("4097 4096"), "E0404", "--max-pixels 17000000"),

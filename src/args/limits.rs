@@ -54,9 +54,6 @@ pub(crate) struct LimitArgs {
     pub(crate) max_reflections: u32,
 }
 
-/// The most words of a program that is held to the limits of `--untrusted` without being asked.
-pub(crate) const STRICT_WORDS: usize = 1 << 19;
-
 impl LimitArgs {
     /// What `--untrusted` limits a program to.
     pub(crate) fn strict() -> Self {
@@ -106,7 +103,7 @@ mod tests {
         assert_eq!((fuel, max_depth, max_memory), (1_000_000_000, 10_000, 512 << 20));
         assert_eq!((max_pixels, max_images, max_reflections), (1 << 24, 16, 1000));
         assert_eq!((max_total_pixels, trusted.limits.max_total_pixels), (Some(1 << 26), None));
-        assert_eq!(untrusted.inputs.max_words, STRICT_WORDS);
+        assert_eq!(untrusted.inputs.max_words, 1 << 18);
         assert_eq!(untrusted.time.timeout, Some(Duration::from_secs(60)));
         assert_eq!(trusted.time.timeout, None);
         assert!(fuel < trusted.limits.fuel && max_depth < trusted.limits.max_depth);

@@ -16,7 +16,7 @@ use lsp_types::{
 use serde_json::json;
 use vm::program::LoadedProgram;
 
-use crate::args::{Inputs, LimitArgs, STRICT_WORDS};
+use crate::args::{Inputs, LimitArgs};
 use crate::clean::{clean_lines, shortened};
 use crate::driver;
 use crate::lsp::Event;
@@ -105,7 +105,7 @@ pub(super) fn work(queue: &Queue, events: &SyncSender<Event>) {
 fn check(job: &Job) -> Report {
     let name = job.document.name();
     let mut teller = Teller { job, lines: HashMap::new(), told: Vec::new() };
-    let mut sources = SourceMap::with_max_words(STRICT_WORDS);
+    let mut sources = SourceMap::default();
     let bytes = job.document.text.as_bytes().to_vec();
     let Ok(root) = sources.add(&name, bytes) else {
         let text = Code::SourceTooLarge.explanation();
@@ -146,7 +146,7 @@ impl Job {
         &self,
         read: impl FnOnce(&mut SourceMap, FileId, &mut OpenIncludes<'_>) -> T,
     ) -> Option<T> {
-        let mut sources = SourceMap::with_max_words(STRICT_WORDS);
+        let mut sources = SourceMap::default();
         let bytes = self.document.text.as_bytes().to_vec();
         let root = sources.add(&self.document.name(), bytes).ok()?;
         let mut includes = OpenIncludes::new(&self.document, &self.inputs, &self.open);

@@ -11,7 +11,7 @@ use compiler::preprocess;
 use compiler::source::{FileId, SourceFile, SourceMap, Span};
 use lsp_types::{Location, Position, Range};
 
-use crate::args::{Inputs, STRICT_WORDS};
+use crate::args::Inputs;
 use crate::lsp::documents::{Document, OpenIncludes, uri_of};
 use crate::lsp::text::Lines;
 
@@ -33,7 +33,7 @@ impl Program {
         inputs: &Inputs,
         open: &BTreeMap<String, Document>,
     ) -> Option<Self> {
-        let mut sources = SourceMap::with_max_words(STRICT_WORDS);
+        let mut sources = SourceMap::default();
         let root = sources.add(&document.name(), document.text.as_bytes().to_vec()).ok()?;
         let mut includes = OpenIncludes::new(document, inputs, open);
         let (tokens, _) = preprocess::tokens_and_errors(&mut sources, root, &mut includes);
