@@ -61,6 +61,8 @@ def kills(gmlvm, folder, n_runs):
 
 
 def signals(gmlvm, folder, n_runs):
+    # What is ignored here, as in the background of a shell, would be ignored by gmlvm too.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     times = []
     args = [gmlvm, SCENE, "--size", "1920x1080", "--samples", "8", "-q", "--output", folder / "big.ppm"]
     for _ in range(n_runs):

@@ -1,7 +1,7 @@
 //! What the program `gmlvm` is made of: reads the command line, runs one command, and turns how it ended
 //! into an exit code. What the commands do is in [`driver`]; only this crate touches files and streams.
 //!
-//! It is a library for the sake of the fuzz targets, which need [`fuzzed`] of it.
+//! It is a library for the sake of the fuzz targets, which need `fuzzed` of it.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
