@@ -26,7 +26,7 @@ mkdir "$seeds/tmp"
 export TMPDIR=$seeds/tmp
 trap 'rm -rf "$dictionary" "$seeds"' EXIT
 sed -n 's/^| `\([a-z]\+\)`.*/"\1"/p' docs/language.md | sort -u >"$dictionary"
-printf '%s\n' '"{"' '"}"' '"["' '"]"' '"/x"' '"\\x0a#if "' '"\\x0a#endif\\x0a"' '"1e999"' >>"$dictionary"
+printf '%s\n' '"{"' '"}"' '"["' '"]"' '"/x"' '"\x0a#if "' '"\x0a#endif\x0a"' '"1e999"' >>"$dictionary"
 
 # Parts of a small image, each behind the byte that says "any file".
 cargo run --release --quiet -- run scenes/hello.gml --size 6x5 --parts "$seeds/made" -o "$seeds" -q
