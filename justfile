@@ -76,6 +76,15 @@ scaling:
     cargo run --release --quiet -- chart --scaling --runs 7 \
         --export docs/charts/scaling.json -o docs/charts/scaling.svg
 
+# A Debian package with manual pages, completions, the book and the scenes, in target/debian (needs
+# cargo-deb).
+deb *args:
+    contrib/debian-package.sh {{args}}
+
+# Fuzzes all targets, SECONDS each, and minimises their corpora (needs cargo-fuzz and nightly).
+nightly seconds="300":
+    fuzz/nightly.sh {{seconds}}
+
 # Fuzzes a target of fuzz/ (needs cargo-fuzz and nightly); further arguments are libFuzzer's.
 fuzz target *args:
     cargo +nightly fuzz run {{target}} -- {{args}}

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
+use compiler::lexer::MAX_TOKENS;
 use serde::{Deserialize, Serialize};
 
 use crate::frames::{self, Frames};
@@ -23,6 +24,7 @@ pub(crate) use limits::{LimitArgs, TimeArgs};
 pub(crate) use line::{of_worker, parse};
 use manual::COMPLETIONS_EXAMPLES;
 pub(crate) use manual::{CompletionsArgs, ManArgs};
+pub(crate) use outputs::OutputsArgs;
 use parts::{MERGE_ABOUT, MERGE_EXAMPLES};
 pub(crate) use parts::{MergeArgs, PartsArgs};
 use sampling::SamplingArgs;
@@ -41,6 +43,7 @@ mod limits;
 mod line;
 pub(crate) mod lsp;
 mod manual;
+mod outputs;
 mod parts;
 mod response;
 pub(crate) mod sampling;
@@ -183,13 +186,22 @@ pub(crate) struct Inputs {
     pub(crate) include_dirs: Vec<PathBuf>,
     /// Run a scene that may mean harm: tight limits, and no links to other places
     ///
-    /// Limits that are not given become: --fuel 1000000000, --max-depth 10000, --max-memory 512M,
-    /// --max-pixels 16777216, --max-images 16, --max-reflections 1000 and --timeout 60s. Included
-    /// files must lie in the scene's own directory, or one of `-I`, and are not reached through links;
+    /// Limits that are not given become: --max-words 262144, --fuel 1000000000, --max-depth 10000, --max-memory 512M,
+    /// --max-pixels 16777216, --max-total-pixels 67108864, --max-images 16, --max-reflections 1000 and
+    /// --timeout 60s; and `run` gets --no-clobber. Included files must lie in the scene's own directory, or one of `-I`, and are not reached through links;
     /// a scene from the standard input has no directory. On Linux the kernel is asked to refuse `run`
     /// all writing but where its outputs go, and all connections (Landlock).
     #[arg(long, help_heading = "Limits")]
     pub(crate) untrusted: bool,
+    /// Words of the program, at most 4194304, included files counted each time
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = MAX_TOKENS,
+        default_value_if("untrusted", "true", "262144"),
+        help_heading = "Limits"
+    )]
+    pub(crate) max_words: usize,
 }
 
 /// What the command line changes in a picture.
@@ -250,6 +262,8 @@ pub(crate) struct RunArgs {
     /// output directory.
     #[arg(long, value_name = "NAME", help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) outputs: OutputsArgs,
     /// Run the program once for each frame, from A to B, with `frame` and `clock` bound
     ///
     /// `frame` is the number of the frame, an integer, and `clock` a real, 0.0 in the first frame and
@@ -339,6 +353,7 @@ Examples:
   gmlvm scene.gml --region 112,40,1,1 one pixel, to look into an error there
   gmlvm scene.gml --frames 1..50      fifty images of a scene that uses `clock`
   gmlvm scene.gml --watch             again after each change
+  gmlvm scene.gml --watch --preview   with the images in the terminal
   gmlvm scene.gml @final.args         with the options in a file, one on each line";
 
 /// An image file format.

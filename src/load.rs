@@ -66,7 +66,7 @@ impl<'a> Source<'a> {
         start: Instant,
         reporter: &Reporter,
     ) -> Result<Self, Failure> {
-        let mut sources = SourceMap::default();
+        let mut sources = SourceMap::with_max_words(inputs.max_words);
         let root = sources.add(&shown_name(path), bytes).map_err(|_| {
             let message = format!("`{}` is too long", clean(&shown_name(path)));
             let limit = format!("the limit is {} MiB", MAX_SOURCE_BYTES >> 20);
@@ -79,7 +79,7 @@ impl<'a> Source<'a> {
     /// The same scene, as it is before anything is done with it.
     pub(crate) fn afresh(&self) -> Source<'a> {
         let root = self.sources.file(self.root);
-        let mut sources = SourceMap::default();
+        let mut sources = SourceMap::with_max_words(self.inputs.max_words);
         let file = sources.add(&root.name, root.text.clone().into_bytes());
         let root = file.expect("it was not too long before");
         Source { sources, root, ..*self }
@@ -132,7 +132,7 @@ pub(crate) fn place(sources: &SourceMap, span: Span) -> String {
 
 /// The files that a scene consists of, by the names shown, as far as they are found, and whether all are.
 pub(crate) fn files(path: &Path, inputs: &Inputs) -> (Vec<PathBuf>, bool) {
-    let mut sources = SourceMap::default();
+    let mut sources = SourceMap::with_max_words(inputs.max_words);
     let mut includes = FileIncludes::new(shown_name(path), path.parent(), inputs);
     let bytes = read_file(path).ok();
     let root = bytes.and_then(|bytes| sources.add(&shown_name(path), bytes).ok());

@@ -1,61 +1,8 @@
-//! The `gmlvm` binary: reads the command line, runs one command, and turns how it ended into an
-//! exit code. What the commands do is in [`driver`]; only this crate touches files and streams.
+//! The `gmlvm` binary; what it does is in the library.
 #![forbid(unsafe_code)]
 
 use std::process::ExitCode;
 
-use crate::args::Command;
-use crate::report::Reporter;
-
-mod args;
-mod chart;
-mod clean;
-#[cfg(target_os = "linux")]
-mod confine;
-mod console;
-mod crash;
-mod driver;
-mod failure;
-mod formats;
-mod frames;
-mod listing;
-mod load;
-mod lsp;
-mod measure;
-mod output;
-mod parts;
-mod perf;
-mod report;
-mod run;
-mod stability;
-mod trace;
-mod values;
-mod view;
-mod watch;
-mod watchdog;
-
 fn main() -> ExitCode {
-    let args = args::parse();
-    let reporter = match &args.command {
-        Command::View(view) if view.worker => Reporter::for_programs(),
-        _ => Reporter::new(&args.common),
-    };
-    let ended = crash::guarded(|| {
-        watchdog::start(args.command.timeout(), reporter)?;
-        crash::require_cpu()?;
-        driver::execute(&args, &reporter)
-    });
-    match ended {
-        Ok(Ok(code)) => ExitCode::from(code),
-        Ok(Err(failure)) => {
-            if let Some(message) = failure.message() {
-                reporter.message(message);
-            }
-            ExitCode::from(failure.exit_code())
-        }
-        Err(crash) => {
-            reporter.message(&crash);
-            ExitCode::from(failure::EXIT_BUG)
-        }
-    }
+    gmlvm::run_command_line()
 }

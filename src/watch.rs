@@ -38,6 +38,7 @@ pub(crate) fn watch(args: &RunArgs, line: &[OsString], reporter: &Reporter) -> R
     if is_stdio(&args.scene) {
         return Err(Failure::Usage("the standard input cannot be watched".to_owned()));
     }
+    args.outputs.check_watched()?;
     let failed =
         |error| Failure::Usage(format!("cannot start a run to watch: {}", console::reason(&error)));
     let program = std::env::current_exe().map_err(failed)?;

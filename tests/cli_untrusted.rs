@@ -26,9 +26,11 @@ fn limits_are_tight() {
         "0 ".repeat(1000)
     );
     for (scene, code, option) in [
+        ("1 ".repeat((1 << 18) + 1), "E0013", "--max-words 262145"),
         (grow(20_000), "E0402", "--max-depth 20001"),
         (arrays, "E0403", "--max-memory 4G"),
         (size("4097 4096"), "E0404", "--max-pixels 17000000"),
+        (size("4096 4096").repeat(4) + &ball("a.ppm"), "E0404", "--max-total-pixels 67108912"),
         (ball("a.ppm").repeat(17), "E0404", "--max-images 17"),
         (ball("a.ppm").replace(" 0 90.0", " 1001 90.0"), "E0404", "--max-reflections 1001"),
     ] {
@@ -42,6 +44,56 @@ fn limits_are_tight() {
         let ended = sandbox.run(&[&["check", "s.gml", "--untrusted"], &own[..]].concat());
         assert_eq!(ended.code, 0, "{option}: {}", ended.stderr);
     }
+}
+
+/// A scene that is not trusted replaces nothing: not the user's images, not its own, and not the reports of
+/// an earlier run.
+#[test]
+fn nothing_is_replaced() {
+    let sandbox = Sandbox::new();
+    sandbox.file("s.gml", ball("a.ppm")).file("twice.gml", ball("b.ppm").repeat(2));
+    sandbox.file("a.ppm", "P6 precious").file("st.json", "precious").file("marks.png", "precious");
+    link(&sandbox, "nowhere", "dangling.ppm");
+    let marks = "run s.gml --output n.ppm --certify --mark-uncertain marks.png";
+    for option in
+        ["--untrusted", "--no-clobber", "--clobber --no-clobber", "--untrusted --no-clobber"]
+    {
+        for (args, there) in [
+            ("run s.gml", "a.ppm"),
+            ("run s.gml --output a.ppm", "a.ppm"),
+            ("run s.gml --output {name}.ppm", "a.ppm"),
+            ("run s.gml --output dangling.ppm", "dangling.ppm"),
+            ("run s.gml --output n.ppm --stats st.json", "st.json"),
+            (marks, "marks.png"),
+        ] {
+            let before = sandbox.files();
+            // What takes an hour to render is not rendered first.
+            let args = format!("{args} {option} --samples 16 --size 3000x3000");
+            let args =
+                if args.contains("--certify") { args.replace(" --samples 16", "") } else { args };
+            let ended = sandbox.run(&args.split_whitespace().collect::<Vec<_>>());
+            assert_eq!(ended.code, 3, "{args}: {}", ended.stderr);
+            let said = format!("could not write `{there}`: it exists already");
+            assert!(ended.stderr.contains(&said), "{args}: {}", ended.stderr);
+            assert_eq!(sandbox.files(), before, "{args}");
+        }
+        let args = format!("run twice.gml {option}");
+        let ended = sandbox.run(&args.split(' ').collect::<Vec<_>>());
+        assert_eq!(ended.code, 3, "{}", ended.stderr);
+        fs::remove_file(sandbox.path("b.ppm")).expect("the first image is there");
+        let args = format!("run s.gml {option} --watch");
+        let ended = sandbox.run(&args.split(' ').collect::<Vec<_>>());
+        assert!(ended.code == 2 && ended.stderr.contains("--clobber"), "{}", ended.stderr);
+    }
+    assert_eq!(sandbox.read("a.ppm"), b"P6 precious");
+    // Devices are written to, and the user's word counts.
+    let null = ["s.gml", "--untrusted", "--output", "/dev/null", "--stats", "/dev/null"];
+    assert_eq!(sandbox.run(&null).code, 0);
+    let own = ["twice.gml", "--untrusted", "--clobber", "--stats", "st.json"];
+    assert_eq!(sandbox.run(&own).code, 0);
+    assert!(sandbox.read("st.json").starts_with(b"{"));
+    assert_eq!(sandbox.run(&["s.gml"]).code, 0);
+    assert!(sandbox.read("a.ppm").starts_with(b"P6\n# gmlvm"));
 }
 
 /// Included files are the scene's own: no link leads to others, and the directory that gmlvm happens to
@@ -99,15 +151,15 @@ fn images_are_the_same() {
         ("--output by-name/{n}/{name}", ["by-name/1/a", "by-name/2/b"]),
     ] {
         let options: Vec<_> = options.split_whitespace().collect();
-        let args =
-            [&["run", "s.gml", "--untrusted", "--stats", "st/a.json"], &options[..]].concat();
+        let stats = format!("st/{}.json", files[0]);
+        let args = [&["run", "s.gml", "--untrusted", "--stats", &stats], &options[..]].concat();
         let ended = sandbox.run(&args);
         assert_eq!(ended.code, 0, "{}", ended.stderr);
         assert_eq!(sandbox.read(files[0]), sandbox.read("trusted/x/a.ppm"));
         assert!(
             files[1].ends_with("/b") || sandbox.read(files[1]) == sandbox.read("trusted/b.png")
         );
-        assert!(sandbox.read("st/a.json").starts_with(b"{"));
+        assert!(sandbox.read(&stats).starts_with(b"{"));
     }
     for options in ["--output -", "--output /dev/null", "--certify --mark-uncertain m/a.png"] {
         let options: Vec<_> = options.split_whitespace().collect();

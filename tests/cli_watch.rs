@@ -146,3 +146,16 @@ fn response_files() {
         );
     }
 }
+
+/// Each run draws its image.
+#[test]
+fn watching_shows_previews() {
+    let sandbox = Sandbox::new();
+    sandbox.file("s.gml", shade("0.25"));
+    let mut watch = Watch::start(&sandbox, &["s.gml", "--watch", "--preview", "--color", "always"]);
+    let n_rows = || said(&sandbox).matches("\u{1b}[0m\n").count();
+    wait_until("a picture", || n_rows() == 3);
+    sandbox.file("s.gml", shade("0.5"));
+    wait_until("another picture", || n_rows() == 6);
+    assert_eq!(watch.end(), Some(143));
+}

@@ -63,11 +63,17 @@ pub(crate) struct Output {
     pub(crate) tokens: Vec<Token>,
     pub(crate) diagnostics: Vec<Diagnostic>,
     pub(crate) stopped: bool,
+    /// There may be so many.
+    max_tokens: usize,
     // Equal names share their text: a large program is mostly repetition.
     names: HashSet<Arc<str>>,
 }
 
 impl Output {
+    pub(crate) fn new(max_tokens: usize) -> Self {
+        Output { max_tokens, ..Output::default() }
+    }
+
     /// Keeps the diagnostic, or stops everything when there are too many.
     pub(crate) fn report(&mut self, diagnostic: Diagnostic) {
         if self.diagnostics.len() < MAX_DIAGNOSTICS {
@@ -235,9 +241,14 @@ impl<'a> Lexer<'a> {
         };
         let Some(kind) = kind else { return };
         let span = self.since(start);
-        if self.out.tokens.len() == MAX_TOKENS {
-            let message = format!("the program has more than {MAX_TOKENS} words");
-            return self.out.abort(Diagnostic::new(Code::SourceTooLarge, span, message));
+        let limit = self.out.max_tokens;
+        if self.out.tokens.len() == limit {
+            let message = format!("the program has more than {limit} words");
+            let diagnostic = Diagnostic::new(Code::SourceTooLarge, span, message);
+            return self.out.abort(match limit {
+                MAX_TOKENS.. => diagnostic,
+                _ => diagnostic.help("raise the limit with `--max-words N`"),
+            });
         }
         self.out.tokens.push(Token { kind, span, indent });
     }

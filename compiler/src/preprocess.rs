@@ -53,9 +53,9 @@ pub fn tokens_and_errors(
     includes: &mut dyn Includes,
 ) -> (Vec<Token>, Vec<Diagnostic>) {
     let mut preprocessor = Preprocessor {
+        out: Output::new(sources.max_words()),
         sources,
         includes,
-        out: Output::default(),
         files: vec![OpenFile::new(root, Span::NONE, 0)],
         macros: HashSet::new(),
         n_macro_changes: 0,

@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use crate::lexer::MAX_TOKENS;
+
 /// The most bytes of source text that a program may have, included files counted each time.
 pub const MAX_SOURCE_BYTES: usize = 64 << 20;
 
@@ -52,12 +54,18 @@ pub struct SourceFile {
     /// The text. Bytes that are not UTF-8 are read as Latin-1, as in old scenes.
     pub text: String,
     start: u32,
-    line_starts: Vec<u32>,
-    /// Characters that start before each block of the text.
-    chars_before: Vec<u32>,
+    /// What stands before each block of the text, and before its end.
+    before: Vec<Before>,
 }
 
-/// Characters are counted ahead for blocks of so many bytes, so that no line is too long to find a
+/// Of what stands before a place in a text, the characters and the ends of lines.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    chars: u32,
+    lines: u32,
+}
+
+/// Characters and lines are counted ahead for blocks of so many bytes, so that no line is too long to find a
 /// column in it.
 const BLOCK: usize = 1 << 10;
 
@@ -88,12 +96,32 @@ pub fn text(bytes: Vec<u8>) -> String {
 }
 
 /// All files of one program.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct SourceMap {
     files: Vec<SourceFile>,
+    max_words: usize,
+}
+
+impl Default for SourceMap {
+    /// No files, of a program that may have [`MAX_TOKENS`] words.
+    fn default() -> Self {
+        SourceMap::with_max_words(MAX_TOKENS)
+    }
 }
 
 impl SourceMap {
+    /// No files, of a program that may have so many words, but not more than [`MAX_TOKENS`].
+    #[must_use]
+    pub fn with_max_words(max_words: usize) -> Self {
+        SourceMap { files: Vec::new(), max_words: max_words.min(MAX_TOKENS) }
+    }
+
+    /// The most words that the program may have.
+    #[must_use]
+    pub fn max_words(&self) -> usize {
+        self.max_words
+    }
+
     /// Adds a file and gives it the next free addresses.
     ///
     /// # Errors
@@ -105,23 +133,13 @@ impl SourceMap {
         if start + text.len() > MAX_SOURCE_BYTES {
             return Err(SourceTooLarge);
         }
-        let line_starts = std::iter::once(0)
-            .chain(text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i as u32 + 1))
-            .collect();
-        let blocks = text.as_bytes().chunks(BLOCK);
-        let chars_before = std::iter::once(0)
-            .chain(blocks.scan(0, |n_chars, block| {
-                *n_chars += char_starts(block) as u32;
-                Some(*n_chars)
-            }))
-            .collect();
-        self.files.push(SourceFile {
-            name: name.to_owned(),
-            text,
-            start: start as u32,
-            line_starts,
-            chars_before,
-        });
+        let mut before = vec![Before::default()];
+        before.extend(text.as_bytes().chunks(BLOCK).scan(Before::default(), |before, block| {
+            before.chars += char_starts(block) as u32;
+            before.lines += line_ends(block) as u32;
+            Some(*before)
+        }));
+        self.files.push(SourceFile { name: name.to_owned(), text, start: start as u32, before });
         Ok(FileId(self.files.len() as u32 - 1))
     }
 
@@ -171,24 +189,46 @@ impl SourceFile {
     #[must_use]
     pub fn line_column(&self, span: Span) -> LineColumn {
         let start = self.range(span).start;
-        let line = self.line_starts.partition_point(|&s| s as usize <= start);
-        let line_start = self.line_starts[line - 1] as usize;
-        LineColumn { line, column: self.chars_before(start) - self.chars_before(line_start) + 1 }
+        let block = start / BLOCK;
+        let n_ends = self.before[block].lines as usize
+            + line_ends(&self.text.as_bytes()[block * BLOCK..start]);
+        let line_start = self.behind_line_end(n_ends).unwrap_or(start);
+        let column = self.chars_before(start) - self.chars_before(line_start) + 1;
+        LineColumn { line: n_ends + 1, column }
+    }
+
+    /// Where the line begins that has so many line ends before it; `None` behind the last line.
+    fn behind_line_end(&self, number: usize) -> Option<usize> {
+        if number == 0 {
+            return Some(0);
+        }
+        // The line end is in the last block that has not as many before it.
+        let block = self.before.partition_point(|before| (before.lines as usize) < number) - 1;
+        let start = block * BLOCK;
+        let bytes = self.text.as_bytes().get(start..)?;
+        let ends = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n');
+        let (at, _) = { ends }.nth(number - 1 - self.before[block].lines as usize)?;
+        Some(start + at + 1)
     }
 
     /// Number of characters that start before a byte of the text.
     fn chars_before(&self, byte: usize) -> usize {
         let block = byte / BLOCK;
-        self.chars_before[block] as usize + char_starts(&self.text.as_bytes()[block * BLOCK..byte])
+        self.before[block].chars as usize + char_starts(&self.text.as_bytes()[block * BLOCK..byte])
     }
 
     /// The text of line `line` (from 1), without its line end; `None` behind the last line.
     #[must_use]
     pub fn line(&self, line: usize) -> Option<&str> {
-        let start = *self.line_starts.get(line.checked_sub(1)?)? as usize;
-        let end = self.line_starts.get(line).map_or(self.text.len(), |&next| next as usize);
+        let start = self.behind_line_end(line.checked_sub(1)?)?;
+        let end = self.behind_line_end(line).unwrap_or(self.text.len());
         Some(self.text[start..end].trim_end_matches(['\n', '\r']))
     }
+}
+
+/// Number of line ends in a piece of text.
+fn line_ends(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|byte| **byte == b'\n').count()
 }
 
 /// Number of characters that start in a piece of UTF-8.
@@ -214,5 +254,26 @@ mod tests {
         }
         let end = file.span(text.len(), text.len());
         assert_eq!(file.line_column(end), LineColumn { line, column });
+    }
+
+    /// Wherever lines end between the blocks that are counted ahead.
+    #[test]
+    fn lines_are_those_of_the_text() {
+        for (n, length) in [(0, 0), (1, 0), (3, BLOCK - 1), (3, BLOCK), (2, 3 * BLOCK), (5000, 1)] {
+            for end in ["", "\n", "\n\n", "z\r\n"] {
+                let text = format!("{}\n", "x".repeat(length)).repeat(n) + end;
+                let mut sources = SourceMap::default();
+                let id = sources.add("a", text.clone().into_bytes()).expect("short");
+                let file = sources.file(id);
+                let lines: Vec<_> = text.split('\n').map(|line| line.trim_end()).collect();
+                let found: Vec<_> = (1..=lines.len()).map(|n| file.line(n)).collect();
+                assert_eq!(
+                    found,
+                    lines.iter().copied().map(Some).collect::<Vec<_>>(),
+                    "{n} {length}"
+                );
+                assert_eq!((file.line(0), file.line(lines.len() + 1)), (None, None));
+            }
+        }
     }
 }

@@ -33,6 +33,9 @@ pub(crate) struct LimitArgs {
     /// Pixels of one image
     #[arg(long, value_name = "N", default_value_t = 1 << 28, default_value_if("untrusted", "true", "16777216"))]
     pub(crate) max_pixels: u64,
+    /// Pixels of all images of one run together [default: none]
+    #[arg(long, value_name = "N", default_value_if("untrusted", "true", "67108864"))]
+    pub(crate) max_total_pixels: Option<u64>,
     /// Images of one run
     #[arg(
         long,
@@ -94,10 +97,13 @@ mod tests {
     #[test]
     fn untrusted_scenes_get_less_unless_told_otherwise() {
         let (trusted, untrusted) = (run(&[]), run(&["--untrusted"]));
-        let LimitArgs { fuel, max_depth, max_memory, max_pixels, max_images, max_reflections } =
+        let LimitArgs { fuel, max_depth, max_memory, .. } = untrusted.limits;
+        let LimitArgs { max_pixels, max_total_pixels, max_images, max_reflections, .. } =
             untrusted.limits;
         assert_eq!((fuel, max_depth, max_memory), (1_000_000_000, 10_000, 512 << 20));
         assert_eq!((max_pixels, max_images, max_reflections), (1 << 24, 16, 1000));
+        assert_eq!((max_total_pixels, trusted.limits.max_total_pixels), (Some(1 << 26), None));
+        assert_eq!(untrusted.inputs.max_words, 1 << 18);
         assert_eq!(untrusted.time.timeout, Some(Duration::from_secs(60)));
         assert_eq!(trusted.time.timeout, None);
         assert!(fuel < trusted.limits.fuel && max_depth < trusted.limits.max_depth);
@@ -115,13 +121,15 @@ mod tests {
     fn the_limits_are_those_of_the_documentation() {
         let text = include_str!("../../docs/untrusted.md");
         let [usual, strict] = [&[][..], &["--untrusted"]].map(|options| {
-            let RunArgs { limits, time, .. } = run(options);
-            let number = |number: u64| grouped(number);
+            let RunArgs { limits, time, inputs, .. } = run(options);
+            let number = grouped;
             [
+                ("--max-words", number(inputs.max_words as u64)),
                 ("--fuel", number(limits.fuel)),
                 ("--max-depth", number(limits.max_depth as u64)),
                 ("--max-memory", format!("{}M", limits.max_memory >> 20).replace("4096M", "4G")),
                 ("--max-pixels", number(limits.max_pixels)),
+                ("--max-total-pixels", limits.max_total_pixels.map_or("none".to_owned(), number)),
                 ("--max-images", number(limits.max_images)),
                 ("--max-reflections", number(limits.max_reflections.into())),
                 (

@@ -19,6 +19,7 @@ use crate::failure::Failure;
 use crate::load::Source;
 use crate::measure::rounds::Rounds;
 use crate::report::Reporter;
+use crate::run::limits::Used;
 use crate::run::plan::Plan;
 use crate::run::{self, plan};
 use crate::values::Size;
@@ -56,13 +57,13 @@ pub(crate) fn measure_source(
 ) -> Result<Vec<Chart>, Failure> {
     let name = clean(&scene.display().to_string()).into_owned();
     let mut contest = Contest::new(&name, bench);
-    each_image(source, scene, bench, &mut |job, plan, number| contest.image(job, plan, number))?;
+    each_image(source, scene, bench, &mut |job, plan, used| contest.image(job, plan, used))?;
     Ok(contest.charts())
 }
 
-/// What is done with an image, which comes with its number from 1 on.
+/// What is done with an image, which comes with what has been asked for by then.
 pub(crate) type OfImage<'f> =
-    &'f mut dyn FnMut(&RenderJob<'_>, &Plan, u64) -> Result<(), Box<Diagnostic>>;
+    &'f mut dyn FnMut(&RenderJob<'_>, &Plan, Used) -> Result<(), Box<Diagnostic>>;
 
 /// Runs the program of a scene, and does something with each image that it asks for.
 ///
@@ -76,13 +77,13 @@ pub(crate) fn each_image(
 ) -> Result<(), Failure> {
     let Bench { args, reporter, .. } = bench;
     let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
-    let mut host = Images { bench, of_image, n_images: 0, stopped_by: None };
+    let mut host = Images { bench, of_image, used: Used::default(), stopped_by: None };
     let outcome = Machine::new(&program, args.limits.machine()).run(&mut host);
     outcome.map_err(|error| match host.stopped_by.take() {
         Some(failure) => failure,
         None => source.stopped(error.into_diagnostic(), reporter),
     })?;
-    if host.n_images == 0 {
+    if host.used.images == 0 {
         let name = clean(&scene.display().to_string()).into_owned();
         return Err(Failure::Usage(format!("`{name}` renders no image that could be charted")));
     }
@@ -93,7 +94,7 @@ pub(crate) fn each_image(
 struct Images<'b> {
     bench: Bench<'b>,
     of_image: OfImage<'b>,
-    n_images: u64,
+    used: Used,
     stopped_by: Option<Failure>,
 }
 
@@ -101,9 +102,11 @@ impl Host for Images<'_> {
     fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let picture = &self.bench.args.picture;
         job.depth = picture.depth.unwrap_or(job.depth);
-        self.n_images += 1;
         match Plan::new(&job, picture) {
-            Ok(plan) => (self.of_image)(&job, &plan, self.n_images),
+            Ok(plan) => {
+                self.used.add(plan.view.width, plan.view.height);
+                (self.of_image)(&job, &plan, self.used)
+            }
             Err(failure) => {
                 // What is returned is never shown.
                 self.stopped_by = Some(failure);
@@ -118,7 +121,7 @@ struct Contest<'b> {
     scene: &'b str,
     bench: Bench<'b>,
     contenders: Vec<Contender>,
-    n_images: u64,
+    used: Used,
     n_pixels: u64,
 }
 
@@ -158,7 +161,7 @@ impl<'b> Contest<'b> {
             stopped: None,
         };
         let contenders = METHODS.iter().filter(is_asked).map(contender).collect();
-        Contest { scene, bench, contenders, n_images: 0, n_pixels: 0 }
+        Contest { scene, bench, contenders, used: Used::default(), n_pixels: 0 }
     }
 
     fn diagrams(&self) -> impl Iterator<Item = Diagram> {
@@ -193,17 +196,17 @@ impl<'b> Contest<'b> {
             Render::Tracer(_, precision) => precision,
             Render::Naive(..) | Render::Sampled(_) => Precision::F64,
         };
-        args.limits.check(job, self.n_images, width, height, precision)
+        args.limits.check(job, self.used, width, height, precision)
     }
 
     fn image(
         &mut self,
         job: &RenderJob<'_>,
         plan: &Plan,
-        number: u64,
+        used: Used,
     ) -> Result<(), Box<Diagnostic>> {
         let Bench { args, thread, reporter, .. } = self.bench;
-        self.n_images = number;
+        self.used = used;
         let references = self.references(job, plan)?;
         let mut contenders = std::mem::take(&mut self.contenders);
         for contender in &mut contenders {
@@ -233,7 +236,7 @@ impl<'b> Contest<'b> {
         let chart = |diagram: Diagram| Chart {
             scene: self.scene.to_owned(),
             diagram,
-            images: self.n_images,
+            images: self.used.images,
             pixels: self.n_pixels,
             methods: measured.extract_if(.., |(of, _)| *of == diagram).map(|(_, m)| m).collect(),
             about: self.bench.about.clone(),

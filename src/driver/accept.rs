@@ -16,10 +16,11 @@ use crate::load::Source;
 use crate::output;
 use crate::report::Reporter;
 use crate::run;
+use crate::run::limits::Used;
 
 struct Accepts<'v> {
     limits: LimitArgs,
-    n_images: u64,
+    used: Used,
     visit: Visit<'v>,
     /// Why the run ended, where no diagnostic can tell.
     stopped_by: Option<io::Error>,
@@ -30,8 +31,8 @@ pub(super) type Visit<'v> = &'v mut dyn FnMut(&RenderJob<'_>) -> io::Result<()>;
 
 impl Host for Accepts<'_> {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
-        self.n_images += 1;
-        self.limits.check(&job, self.n_images, job.width, job.height, Precision::F64)?;
+        self.used.add(job.width, job.height);
+        self.limits.check(&job, self.used, job.width, job.height, Precision::F64)?;
         output::stem(&job.name).map(drop).map_err(|reason| {
             run::unwritable(output::Problem::Refused(reason), &job, &job.name, Path::new("."))
         })?;
@@ -51,7 +52,8 @@ pub(crate) fn run_to_the_end(
     program: &Arc<LoadedProgram>,
     limits: LimitArgs,
 ) -> Result<Vec<Value>, Box<vm::error::Error>> {
-    let mut host = Accepts { limits, n_images: 0, visit: &mut |_| Ok(()), stopped_by: None };
+    let mut host =
+        Accepts { limits, used: Used::default(), visit: &mut |_| Ok(()), stopped_by: None };
     Machine::new(program, limits.machine()).run(&mut host)
 }
 
@@ -81,7 +83,7 @@ pub(super) fn run_visited(
     reporter: &Reporter,
     visit: Visit<'_>,
 ) -> Result<Vec<Value>, Failure> {
-    let mut host = Accepts { limits, n_images: 0, visit, stopped_by: None };
+    let mut host = Accepts { limits, used: Used::default(), visit, stopped_by: None };
     let outcome = Machine::new(program, limits.machine()).run(&mut host);
     outcome.map_err(|error| match host.stopped_by {
         Some(error) => Failure::stdout(&error),

@@ -8,7 +8,7 @@ use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
-use crate::output::Problem;
+use crate::output::{Existing, Problem};
 use crate::parts::merge::{Merged, Parts};
 use crate::report::Reporter;
 use crate::run::naming::{Destination, Naming, Number, Sink};
@@ -52,7 +52,9 @@ fn write(
     let shown = match &sink {
         Sink::File(target) => {
             let shown = clean(&target.shown().to_string_lossy()).into_owned();
-            target.write(&mut { fill }).map_err(|problem| unwritable(problem, &shown))?;
+            target
+                .write(Existing::Replace, &mut { fill })
+                .map_err(|problem| unwritable(problem, &shown))?;
             shown
         }
         Sink::Stdout | Sink::Memory => {

@@ -138,5 +138,5 @@ fn write_stats(args: &RunArgs, n_threads: usize, mut host: Renders<'_>) -> Resul
     host.stats.precision = args.precision().name();
     host.stats.sampling = sampling::name(args.sampling.sampling());
     host.stats.threads = n_threads;
-    host.stats.write(path)
+    host.stats.write(path, args.outputs.existing())
 }

@@ -9,18 +9,21 @@ use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rustix::fs::{AtFlags, Mode, OFlags, openat, renameat, unlinkat};
+#[cfg(target_os = "linux")]
+use rustix::fs::RenameFlags;
+use rustix::fs::{AtFlags, Mode, OFlags, linkat, openat, renameat, unlinkat};
 use rustix::io::Errno;
 
-use crate::output::{Fill, Problem};
+use crate::output::{Existing, Fill, Problem};
 
-/// Writes a file in `directory`, in place of one that may be there.
+/// Writes a file in `directory`, in place of one that may be there, or only if there is none.
 ///
 /// # Errors
 /// When it cannot be done; nothing is left behind then.
-pub(super) fn replace(
+pub(super) fn write(
     directory: &impl AsFd,
     name: impl AsRef<OsStr>,
+    existing: Existing,
     fill: Fill<'_>,
 ) -> Result<(), Problem> {
     let (temporary, file) = match nameless(directory) {
@@ -42,8 +45,10 @@ pub(super) fn replace(
         Some(temporary) => temporary,
         None => TemporaryName::take(directory, |name| give_name(&file, directory, name))?.0,
     };
-    temporary.rename(name.as_ref())?;
-    Ok(())
+    match (existing, temporary.rename(name.as_ref(), existing)) {
+        (Existing::Keep, Err(Errno::EXIST)) => Err(Problem::exists()),
+        (_, renamed) => Ok(renamed?),
+    }
 }
 
 /// Removes all temporary names, and makes whoever wants to do something with one wait for ever: the
@@ -84,8 +89,7 @@ fn nameless(directory: &impl AsFd) -> Option<File> {
 
 #[cfg(target_os = "linux")]
 fn give_name(file: &File, directory: &impl AsFd, name: &str) -> Result<(), Errno> {
-    use rustix::fs::{CWD, linkat};
-    linkat(CWD, descriptor_path(file), directory, name, AtFlags::SYMLINK_FOLLOW)
+    linkat(rustix::fs::CWD, descriptor_path(file), directory, name, AtFlags::SYMLINK_FOLLOW)
 }
 
 #[cfg(target_os = "linux")]
@@ -102,6 +106,17 @@ fn nameless(_: &impl AsFd) -> Option<File> {
 #[cfg(not(target_os = "linux"))]
 fn give_name(_: &File, _: &impl AsFd, _: &str) -> Result<(), Errno> {
     Err(Errno::NOSYS)
+}
+
+/// Renames a file unless there is one of the new name, at once. File systems that cannot rename so get a
+/// link of the new name, and the old one goes with whoever has it.
+fn rename_to_free(directory: &impl AsFd, from: &str, to: &OsStr) -> Result<(), Errno> {
+    #[cfg(target_os = "linux")]
+    match rustix::fs::renameat_with(directory, from, directory, to, RenameFlags::NOREPLACE) {
+        Err(Errno::INVAL | Errno::NOSYS | Errno::OPNOTSUPP) => {}
+        renamed => return renamed,
+    }
+    linkat(directory, from, directory, to, AtFlags::empty())
 }
 
 /// A name that stands for a file until the file gets its own; what still has it then, goes. While it
@@ -140,9 +155,12 @@ impl<'d, D: AsFd> TemporaryName<'d, D> {
 
 impl<D: AsFd> TemporaryName<'_, D> {
     /// Gives the file its own name.
-    fn rename(self, name: &OsStr) -> Result<(), Errno> {
+    fn rename(self, name: &OsStr, existing: Existing) -> Result<(), Errno> {
         let _locked = temporary_names();
-        renameat(self.directory, &self.name, self.directory, name)
+        match existing {
+            Existing::Replace => renameat(self.directory, &self.name, self.directory, name),
+            Existing::Keep => rename_to_free(self.directory, &self.name, name),
+        }
     }
 }
 
@@ -151,5 +169,30 @@ impl<D: AsFd> Drop for TemporaryName<'_, D> {
         let mut names = temporary_names();
         let _ = unlinkat(self.directory, &self.name, AtFlags::empty());
         names.retain(|(_, name)| *name != self.name);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A file that appears while another is made for its place, after all looking, stays.
+    #[test]
+    fn what_appears_meanwhile_is_kept() {
+        let sandbox = tempfile::tempdir().expect("a directory");
+        let directory = File::open(sandbox.path()).expect("open");
+        let path = sandbox.path().join("a");
+        let mut fill = |out: &mut dyn Write| {
+            std::fs::write(&path, "theirs")?;
+            out.write_all(b"ours")
+        };
+        let kept = write(&directory, "a", Existing::Keep, &mut fill);
+        assert!(matches!(&kept, Err(Problem::Failed(why)) if why.contains("exists")), "{kept:?}");
+        assert_eq!(std::fs::read(&path).expect("there"), b"theirs");
+        write(&directory, "a", Existing::Replace, &mut fill).expect("written");
+        assert_eq!(std::fs::read(&path).expect("there"), b"ours");
+        write(&directory, "b", Existing::Keep, &mut fill).expect("written");
+        assert_eq!(std::fs::read(sandbox.path().join("b")).expect("there"), b"ours");
+        assert_eq!(std::fs::read_dir(sandbox.path()).expect("a directory").count(), 2);
     }
 }

@@ -25,6 +25,23 @@ pub(crate) enum Problem {
     Failed(String),
 }
 
+impl Problem {
+    /// There is such a file, which is to stay.
+    fn exists() -> Self {
+        Problem::Failed(
+            "it exists already; remove it, or allow replacing with `--clobber`".to_owned(),
+        )
+    }
+}
+
+/// What becomes of a file that has the name of one to be written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Existing {
+    Replace,
+    /// It stays, and writing fails.
+    Keep,
+}
+
 impl From<io::Error> for Problem {
     fn from(error: io::Error) -> Self {
         Problem::Failed(console::reason(&error))
@@ -79,36 +96,53 @@ impl Target {
         }
     }
 
+    /// Looks whether something that is to stay has the name already. Devices and pipes are written to,
+    /// not replaced.
+    ///
+    /// # Errors
+    /// When it has.
+    pub(crate) fn check(&self, existing: Existing) -> Result<(), Problem> {
+        let path = self.shown();
+        let is_there = match fs::metadata(&path) {
+            Ok(metadata) => metadata.is_file(),
+            // A link that leads nowhere is something too.
+            Err(_) => fs::symlink_metadata(&path).is_ok(),
+        };
+        if existing == Existing::Keep && is_there { Err(Problem::exists()) } else { Ok(()) }
+    }
+
     /// Writes the file, with the directories above it as far as they are missing.
     ///
     /// # Errors
     /// When it cannot be done; what was in its place before is untouched then.
-    pub(crate) fn write(&self, fill: Fill<'_>) -> Result<(), Problem> {
+    pub(crate) fn write(&self, existing: Existing, fill: Fill<'_>) -> Result<(), Problem> {
         match self {
             Target::Below { root, components } => {
                 let place = place::open(root, components)?;
                 let written = place
                     .check()
-                    .and_then(|()| atomic::replace(&place.directory, &place.name, fill));
+                    .and_then(|()| atomic::write(&place.directory, &place.name, existing, fill));
                 if written.is_err() {
                     place.remove_new_directories();
                 }
                 written
             }
-            Target::Path(path) => write_trusted(path, fill),
+            Target::Path(path) => write_trusted(path, existing, fill),
         }
     }
 
-    /// As [`Target::write`], for files that no scene has asked for.
+    /// As [`Target::write`], for files that no scene has asked for; one that exists is replaced.
     ///
     /// # Errors
     /// When it cannot be done.
     pub(crate) fn write_plain(&self, fill: Fill<'_>) -> Result<(), Failure> {
-        self.write(fill).map_err(|problem| {
-            let (Problem::Refused(reason) | Problem::Failed(reason)) = problem;
-            let shown = self.shown();
-            Failure::Output(format!("could not write `{}`: {reason}", shown.display()))
-        })
+        self.write(Existing::Replace, fill).map_err(|problem| self.failure(problem))
+    }
+
+    /// The failure that says why a file is not written that no scene has asked for.
+    pub(crate) fn failure(&self, problem: Problem) -> Failure {
+        let (Problem::Refused(reason) | Problem::Failed(reason)) = problem;
+        Failure::Output(format!("could not write `{}`: {reason}", self.shown().display()))
     }
 }
 
@@ -127,7 +161,7 @@ pub(crate) fn stem(name: &str) -> Result<&str, String> {
     Ok(last.rsplit_once('.').map_or(last, |(stem, _)| stem))
 }
 
-fn write_trusted(path: &Path, fill: Fill<'_>) -> Result<(), Problem> {
+fn write_trusted(path: &Path, existing: Existing, fill: Fill<'_>) -> Result<(), Problem> {
     // The user may well have named a link, which is then followed, or a device.
     let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     if let Ok(metadata) = fs::metadata(&path) {
@@ -150,5 +184,5 @@ fn write_trusted(path: &Path, fill: Fill<'_>) -> Result<(), Problem> {
         io::ErrorKind::AlreadyExists => io::ErrorKind::NotADirectory.into(),
         _ => error,
     })?;
-    atomic::replace(&File::open(directory)?, name, fill)
+    atomic::write(&File::open(directory)?, name, existing, fill)
 }

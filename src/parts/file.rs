@@ -32,15 +32,15 @@ const MAX_HEADER: u64 = 1 << 16;
 
 /// What a part is.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Header {
-    pub(super) of: Identity,
-    pub(super) part: Kind,
+pub(crate) struct Header {
+    pub(crate) of: Identity,
+    pub(crate) part: Kind,
 }
 
 /// The two kinds of parts.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// Rows of an image.
     Band(Band),
     /// The program came to its end, and had rendered so many images.
@@ -49,27 +49,27 @@ pub(super) enum Kind {
 
 /// Rows of an image.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Band {
-    pub(super) image: ImagePlace,
+pub(crate) struct Band {
+    pub(crate) image: ImagePlace,
     /// The rows whose pixels these are.
-    pub(super) rows: Range<u32>,
+    pub(crate) rows: Range<u32>,
 }
 
 /// Which image a band belongs to.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct ImagePlace {
+pub(crate) struct ImagePlace {
     /// Its number in the run, from 1.
-    pub(super) number: u64,
+    pub(crate) number: u64,
     /// The scene's name for it: not trusted.
-    pub(super) name: String,
-    pub(super) width: u32,
-    pub(super) height: u32,
+    pub(crate) name: String,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
     /// The rows that are rendered at all; others are black.
-    pub(super) all_rows: Range<u32>,
+    pub(crate) all_rows: Range<u32>,
     /// Whether pixels are linear light.
-    pub(super) is_linear: bool,
+    pub(crate) is_linear: bool,
     /// The format that the run would have written.
-    pub(super) format: ImageFormat,
+    pub(crate) format: ImageFormat,
 }
 
 impl Band {
@@ -128,7 +128,7 @@ impl Stored for [f32; 3] {
 
 /// Why a file is not taken for a part.
 #[derive(Debug)]
-pub(super) enum Trouble {
+pub(crate) enum Trouble {
     /// There is no such file.
     Absent,
     /// It was one, but is not whole; says what is wrong with it.
@@ -151,14 +151,20 @@ impl From<io::Error> for Trouble {
 /// # Errors
 /// When it cannot be written; nothing half-written is left.
 pub(super) fn write(path: &Path, header: &Header, pixels: &[u8]) -> Result<(), Failure> {
-    let json = serde_json::to_string(header)
+    let lines = lines_of(header, pixels)
         .map_err(|error| Failure::Output(format!("could not write a part: {error}")))?;
-    let lines = format!("{MAGIC}{VERSION}\n{json}\n");
-    let hash = hash(lines.as_bytes(), pixels);
     Target::path(path.to_owned()).write_plain(&mut |out| {
-        writeln!(out, "{lines}{hash}")?;
+        out.write_all(lines.as_bytes())?;
         out.write_all(pixels)
     })
+}
+
+/// What comes before the pixels of a part.
+pub(crate) fn lines_of(header: &Header, pixels: &[u8]) -> serde_json::Result<String> {
+    let json = serde_json::to_string(header)?;
+    let lines = format!("{MAGIC}{VERSION}\n{json}\n");
+    let hash = hash(lines.as_bytes(), pixels);
+    Ok(format!("{lines}{hash}\n"))
 }
 
 /// Reads a part, and makes sure that it is whole.
@@ -166,11 +172,19 @@ pub(super) fn write(path: &Path, header: &Header, pixels: &[u8]) -> Result<(), F
 /// # Errors
 /// Says why it is not taken.
 pub(super) fn read(path: &Path) -> Result<(Header, Vec<u8>), Trouble> {
-    let mut file = File::open(path)?;
+    let file = File::open(path)?;
     let metadata = file.metadata()?;
     if !metadata.is_file() {
         return Err(Trouble::Unknown("is no file".to_owned()));
     }
+    whole(file, metadata.len())
+}
+
+/// Reads a part of so many bytes in all.
+///
+/// # Errors
+/// Says why it is not taken.
+pub(crate) fn whole(mut file: impl Read, length: u64) -> Result<(Header, Vec<u8>), Trouble> {
     let mut start = Vec::new();
     (&mut file).take(MAX_HEADER).read_to_end(&mut start)?;
     check_version(&start)?;
@@ -182,11 +196,13 @@ pub(super) fn read(path: &Path) -> Result<(Header, Vec<u8>), Trouble> {
         Kind::End { .. } => 0,
     };
     // Memory is taken only for what is there.
-    if metadata.len() != n_lines as u64 + n_bytes {
+    if length != n_lines as u64 + n_bytes {
         return Err(CUT_SHORT);
     }
     let mut pixels = start[n_lines..].to_vec();
-    file.take(n_bytes - pixels.len() as u64).read_to_end(&mut pixels)?;
+    // A file may grow while it is read.
+    let n_left = n_bytes.checked_sub(pixels.len() as u64).ok_or(CUT_SHORT)?;
+    file.take(n_left).read_to_end(&mut pixels)?;
     let n_hashed = n_lines - written_hash.len() - 1;
     if hash(&start[..n_hashed], &pixels).as_bytes() != written_hash {
         return Err(Trouble::Damaged("its checksum is wrong"));

@@ -9,7 +9,7 @@ use crate::run::digest::Digest;
 
 /// What parts must have in common to be joined.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Identity {
+pub(crate) struct Identity {
     /// The version of gmlvm: another one may compute other pixels.
     gmlvm: String,
     /// Hash of the scene's text, of all that it includes, and of what the command line binds.

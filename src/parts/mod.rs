@@ -10,5 +10,5 @@ pub(crate) mod shard;
 pub(crate) mod store;
 
 mod bands;
-mod file;
+pub(crate) mod file;
 mod identity;

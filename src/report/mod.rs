@@ -20,7 +20,8 @@ pub(crate) use machine::plain_json;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reporter {
     format: MessageFormat,
-    color: bool,
+    /// Whether what is written for the eye may be coloured.
+    pub(crate) color: bool,
     /// The user wants to hear of errors only.
     pub(crate) quiet: bool,
     /// The user wants to hear of phases and decisions.

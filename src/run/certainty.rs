@@ -1,5 +1,6 @@
 //! How the pixels of an image are known: counted, in words, and as a picture.
 
+use std::io::Write;
 use std::path::Path;
 
 use compiler::diagnostic::{Diagnostic, grouped};
@@ -11,7 +12,7 @@ use vm::host::RenderJob;
 use crate::args::ImageFormat;
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
-use crate::output::Target;
+use crate::output::{Existing, Problem, Target};
 use crate::run::naming::{self, Number};
 
 /// Numbers of pixels by how they are known.
@@ -113,13 +114,35 @@ pub(crate) fn write_marks(
     number: Number,
     certainties: &[Certainty],
     picture: &Picture,
+    existing: Existing,
 ) -> Result<(), Box<Diagnostic>> {
     let marks = marks(certainties, picture);
-    let written = naming::filled(file, &job.name, number).and_then(|path| {
-        Target::path(path).write(&mut |out| formats::write(ImageFormat::Png, &marks, out))
-    });
-    written
-        .map_err(|problem| super::unwritable(problem, job, &file.to_string_lossy(), Path::new(".")))
+    let mut fill = |out: &mut dyn Write| formats::write(ImageFormat::Png, &marks, out);
+    with_target(file, job, number, |target| target.write(existing, &mut fill))
+}
+
+/// Fails if a file that is to stay has the name of the picture of marks.
+///
+/// # Errors
+/// When it has.
+pub(super) fn check_existing(
+    file: &Path,
+    job: &RenderJob<'_>,
+    number: Number,
+    existing: Existing,
+) -> Result<(), Box<Diagnostic>> {
+    with_target(file, job, number, |target| target.check(existing))
+}
+
+/// Does something with the file for the marks of a job's image.
+fn with_target(
+    file: &Path,
+    job: &RenderJob<'_>,
+    number: Number,
+    act: impl FnOnce(Target) -> Result<(), Problem>,
+) -> Result<(), Box<Diagnostic>> {
+    let done = naming::filled(file, &job.name, number).and_then(|path| act(Target::path(path)));
+    done.map_err(|problem| super::unwritable(problem, job, &file.to_string_lossy(), Path::new(".")))
 }
 
 /// The picture of how the pixels of another are known.

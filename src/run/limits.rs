@@ -10,6 +10,22 @@ use vm::machine::Limits;
 use crate::args::{LimitArgs, Precision};
 use compiler::diagnostic::grouped;
 
+/// What a run has asked for so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Used {
+    pub(crate) images: u64,
+    /// Pixels of all images together.
+    pub(crate) pixels: u64,
+}
+
+impl Used {
+    /// There is one more image.
+    pub(crate) fn add(&mut self, width: u32, height: u32) {
+        self.images += 1;
+        self.pixels = self.pixels.saturating_add(u64::from(width) * u64::from(height));
+    }
+}
+
 impl LimitArgs {
     /// The limits of the machine.
     pub(crate) fn machine(self) -> Limits {
@@ -17,14 +33,14 @@ impl LimitArgs {
         Limits { fuel, max_depth, max_memory }
     }
 
-    /// Fails if the job, the `number`th of the run, is beyond a limit at this size.
+    /// Fails if the job, the last that has been added to what is `used`, is beyond a limit at this size.
     ///
     /// # Errors
     /// Says which limit.
     pub(crate) fn check(
         self,
         job: &RenderJob<'_>,
-        number: u64,
+        used: Used,
         width: u32,
         height: u32,
         precision: Precision,
@@ -35,7 +51,7 @@ impl LimitArgs {
             Precision::Dd => Scene::<Dd>::BYTES_PER_SHAPE,
             Precision::Certified => CertainScene::BYTES_PER_SHAPE,
         };
-        let (message, option) = if number > self.max_images {
+        let (message, option) = if used.images > self.max_images {
             (
                 format!("the limit of {} images is reached", grouped(self.max_images)),
                 "--max-images N",
@@ -45,6 +61,11 @@ impl LimitArgs {
             let message =
                 format!("the image has {width} x {height} = {shown} pixels; the limit is {limit}");
             (message, "--max-pixels N")
+        } else if let Some(limit) = self.max_total_pixels.filter(|limit| used.pixels > *limit) {
+            let (shown, limit) = (grouped(used.pixels), grouped(limit));
+            let message =
+                format!("with this image the run has {shown} pixels; the limit is {limit}");
+            (message, "--max-total-pixels N")
         } else if job.depth > self.max_reflections {
             let (shown, limit) =
                 (grouped(u64::from(job.depth)), grouped(u64::from(self.max_reflections)));

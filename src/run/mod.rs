@@ -16,13 +16,16 @@ use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture};
 use crate::frames;
+use crate::load::is_stdio;
 use crate::measure::machine;
-use crate::output::Problem;
+use crate::output::{Problem, Target};
 use crate::parts::store::{self, ImageParts, Store};
 use crate::perf::PerfMap;
+use crate::preview::Preview;
 use crate::report::Reporter;
 use crate::run::certainty::Known;
 use crate::run::digest::Digest;
+use crate::run::limits::Used;
 use crate::run::naming::{Destination, Naming, Number, Sink};
 use crate::run::plan::Plan;
 use crate::run::stats::{ImageStats, Stats, seconds};
@@ -37,7 +40,7 @@ pub(crate) mod plan;
 pub(crate) mod progress;
 pub(crate) mod stats;
 
-mod limits;
+pub(crate) mod limits;
 mod writable;
 
 /// What came of tracing an image.
@@ -55,7 +58,10 @@ pub(crate) struct Renders<'a> {
     reporter: &'a Reporter,
     threads: &'a ThreadPool,
     naming: Naming,
-    n_images: u64,
+    /// What the run has had so far, with the current image.
+    used: Used,
+    /// Where images are drawn besides, if they are.
+    preview: Option<Preview>,
     /// The frame that is being run, if there are frames.
     pub(crate) frame: Option<u32>,
     /// What the images took.
@@ -92,16 +98,24 @@ impl<'a> Renders<'a> {
         if let Some(file) = &args.mark_uncertain {
             certainty::check_name(file, has_frames)?;
         }
+        if let Some(file) = args.stats.as_ref().filter(|file| !is_stdio(file)) {
+            let target = Target::path(file.clone());
+            let checked = target.check(args.outputs.existing());
+            checked.map_err(|problem| target.failure(problem))?;
+        }
         if matches!(naming, Naming::Stdout) {
             let usage = |message: &str| Err(Failure::Usage(message.to_owned()));
-            if args.stats.as_deref() == Some(Path::new("-")) {
+            if args.stats.as_deref().is_some_and(is_stdio) {
                 return usage("the image and the statistics cannot both go to the standard output");
             }
             if io::stdout().is_terminal() {
-                return usage("will not write image bytes to a terminal; redirect the output");
+                let message = "will not write image bytes to a terminal; redirect the output, or use \
+                               `--preview` in place of `--output -`";
+                return usage(message);
             }
         }
-        Ok(Renders::with(naming, args, threads, reporter))
+        let preview = args.outputs.preview.then(|| Preview::new(reporter)).flatten();
+        Ok(Renders { preview, ..Renders::with(naming, args, threads, reporter) })
     }
 
     /// A host that writes images to memory only.
@@ -124,7 +138,8 @@ impl<'a> Renders<'a> {
             reporter,
             threads,
             naming,
-            n_images: 0,
+            used: Used::default(),
+            preview: None,
             frame: None,
             stats: Stats::default(),
             surfaces: Vec::new(),
@@ -141,16 +156,20 @@ impl<'a> Renders<'a> {
         let start = Instant::now();
         let Size { width, height } = plan::size(job, &self.args.picture);
         let precision = self.args.precision();
-        self.args.limits.check(job, self.n_images, width, height, precision)?;
+        self.used.add(width, height);
+        self.args.limits.check(job, self.used, width, height, precision)?;
         let plan = Plan::new(job, &self.args.picture).map_err(|failure| self.stop(failure))?;
         let destination = self.destination(job)?;
         let shown = match &destination.sink {
             Sink::File(target) => clean(&target.shown().to_string_lossy()).into_owned(),
             Sink::Stdout | Sink::Memory => "-".to_owned(),
         };
+        let is_whole = self.parts.as_ref().is_none_or(|parts| parts.shard().is_none());
+        if is_whole {
+            self.check_existing(job, &destination, &shown)?;
+        }
         let Outcome { traced, n_pixels, parts } =
             self.trace(job, &plan, destination.format, &shown)?;
-        let is_whole = self.parts.as_ref().is_none_or(|parts| parts.shard().is_none());
         let write_time = match is_whole {
             true => self.write(&destination, &traced.picture, job, &shown)?,
             false => Duration::ZERO,
@@ -158,6 +177,9 @@ impl<'a> Renders<'a> {
         let time = start.elapsed().as_secs_f64();
         let parts = parts.map_or(String::new(), |line| format!("  {line}"));
         self.reporter.note(&format!("{shown}  {width}x{height}{parts}  {time:.2} s"));
+        if let Some(preview) = self.preview.filter(|_| is_whole) {
+            preview.draw(&traced.picture);
+        }
         let known = self.certainty(job, &traced)?;
         if self.parts.is_none() {
             self.explain(job, &plan, &traced)?;
@@ -180,14 +202,31 @@ impl<'a> Renders<'a> {
         let known = Known::count(certainties);
         self.reporter.note(&format!("  {}", known.line()));
         if let Some(file) = &self.args.mark_uncertain {
-            certainty::write_marks(file, job, self.number(), certainties, &traced.picture)?;
+            let (number, existing) = (self.number(), self.args.outputs.existing());
+            certainty::write_marks(file, job, number, certainties, &traced.picture, existing)?;
         }
         Ok(Some(known))
     }
 
+    /// Fails if a file that is to stay has the name of the image or of its marks.
+    fn check_existing(
+        &self,
+        job: &RenderJob<'_>,
+        destination: &Destination,
+        shown: &str,
+    ) -> Result<(), Box<Diagnostic>> {
+        let existing = self.args.outputs.existing();
+        if let Sink::File(target) = &destination.sink {
+            let checked = target.check(existing);
+            checked.map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir))?;
+        }
+        let Some(file) = &self.args.mark_uncertain else { return Ok(()) };
+        certainty::check_existing(file, job, self.number(), existing)
+    }
+
     /// Which image the current one is.
     fn number(&self) -> Number {
-        Number { image: self.n_images, frame: self.frame }
+        Number { image: self.used.images, frame: self.frame }
     }
 
     fn destination(&mut self, job: &RenderJob<'_>) -> Result<Destination, Box<Diagnostic>> {
@@ -198,7 +237,7 @@ impl<'a> Renders<'a> {
                 let path = self.args.out_dir.join(&*job.name);
                 unwritable(problem, job, &path.to_string_lossy(), &self.args.out_dir)
             })?;
-        if matches!(destination.sink, Sink::Stdout) && self.n_images > 1 {
+        if matches!(destination.sink, Sink::Stdout) && self.used.images > 1 {
             let message = "the scene renders more than one image, and the standard output has room \
                            for one; use `--output NAME` with {n} in the name";
             return Err(self.stop(Failure::Usage(message.to_owned())));
@@ -215,7 +254,7 @@ impl<'a> Renders<'a> {
     ) -> Result<Outcome, Box<Diagnostic>> {
         let settings = self.settings();
         let is_linear = format == ImageFormat::Pfm;
-        let (n_image, view, reporter) = (self.n_images, &plan.view, self.reporter);
+        let (n_image, view, reporter) = (self.used.images, &plan.view, self.reporter);
         let parts = self.parts.as_ref();
         let parts = parts.map(|store| store.image(job, n_image, view, format, reporter));
         let mut parts = match parts.transpose() {
@@ -283,7 +322,9 @@ impl<'a> Renders<'a> {
             Sink::Stdout => console::data(|out| formats::write(format, picture, out))
                 .map_err(|failure| self.stop(failure))?,
             Sink::File(target) => target
-                .write(&mut |out| formats::write(format, picture, out))
+                .write(self.args.outputs.existing(), &mut |out| {
+                    formats::write(format, picture, out)
+                })
                 .map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir))?,
             Sink::Memory => {
                 let mut file = Vec::new();
@@ -303,7 +344,7 @@ impl<'a> Renders<'a> {
     /// # Errors
     /// When that cannot be written.
     pub(crate) fn finish_parts(&self) -> Result<(), Failure> {
-        self.parts.as_ref().map_or(Ok(()), |parts| parts.finish(self.n_images))
+        self.parts.as_ref().map_or(Ok(()), |parts| parts.finish(self.used.images))
     }
 
     /// Ends the program for a reason that is none of its own; what is returned is never shown.
@@ -317,7 +358,6 @@ impl Host for Renders<'_> {
     fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let start = Instant::now();
         job.depth = self.args.picture.depth.unwrap_or(job.depth);
-        self.n_images += 1;
         let outcome = self.image(&job);
         self.busy += start.elapsed();
         outcome

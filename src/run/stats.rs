@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::console;
 use crate::failure::Failure;
-use crate::output::Target;
+use crate::output::{Existing, Target};
 use crate::run::certainty::Known;
 
 /// Times and counts of a run.
@@ -114,13 +114,15 @@ impl Stats {
     ///
     /// # Errors
     /// When it cannot be written.
-    pub(crate) fn write(&self, path: &Path) -> Result<(), Failure> {
+    pub(crate) fn write(&self, path: &Path, existing: Existing) -> Result<(), Failure> {
         let text = serde_json::to_string_pretty(self)
             .map_err(|error| Failure::Output(format!("could not write the statistics: {error}")))?;
         if path.as_os_str() == "-" {
             return console::data(|out| writeln!(out, "{text}"));
         }
-        Target::path(path.to_owned()).write_plain(&mut |out| writeln!(out, "{text}"))
+        let target = Target::path(path.to_owned());
+        let written = target.write(existing, &mut |out| writeln!(out, "{text}"));
+        written.map_err(|problem| target.failure(problem))
     }
 
     /// The phases in one line.

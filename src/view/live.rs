@@ -17,6 +17,7 @@ use crate::clean::{clean, shortened};
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
 use crate::run::certainty::{self, Known};
+use crate::run::limits::Used;
 use crate::run::plan::{self, Plan};
 use crate::run::stats::Stats;
 use crate::run::{self, economy};
@@ -45,7 +46,7 @@ pub(super) struct Live<'a> {
     threads: &'a ThreadPool,
     out: &'a Out,
     images: &'a Images,
-    n_images: u64,
+    used: Used,
     n_surfaces: usize,
     /// What the images took.
     pub(super) stats: Stats,
@@ -69,7 +70,7 @@ impl<'a> Live<'a> {
             threads,
             out,
             images,
-            n_images: 0,
+            used: Used::default(),
             n_surfaces: 0,
             stats: Stats::default(),
             busy: Duration::ZERO,
@@ -80,12 +81,13 @@ impl<'a> Live<'a> {
     fn image(&mut self, job: &RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let Live { args, method, threads, out, .. } = *self;
         let Size { width, height } = plan::size(job, &args.picture);
-        args.limits.check(job, self.n_images, width, height, method.precision)?;
+        self.used.add(width, height);
+        args.limits.check(job, self.used, width, height, method.precision)?;
         let plan = Plan::new(job, &args.picture).map_err(|failure| {
             self.stopped_by = Some(failure);
             run::stopped()
         })?;
-        let image = self.n_images - 1;
+        let image = self.used.images - 1;
         let name = clean(&shortened(&job.name)).into_owned();
         out.send(json!({
             "event": "image", "image": image, "name": name, "width": width, "height": height
@@ -121,7 +123,6 @@ impl Host for Live<'_> {
     fn render(&mut self, mut job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let start = Instant::now();
         job.depth = self.args.picture.depth.unwrap_or(job.depth);
-        self.n_images += 1;
         let outcome = self.image(&job);
         self.busy += start.elapsed();
         outcome

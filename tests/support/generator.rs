@@ -40,7 +40,8 @@ impl Random {
         self.state.wrapping_mul(0x2545_f491_4f6c_dd1d)
     }
 
-    fn below(&mut self, n: u64) -> u64 {
+    /// A number below `n`, which is not 0.
+    pub fn below(&mut self, n: u64) -> u64 {
         match self.given.pop() {
             // Spread, as there are not as many bytes as numbers.
             Some(byte) => u64::from(byte).wrapping_mul(0x0101_0101) % n,

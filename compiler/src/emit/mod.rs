@@ -80,7 +80,13 @@ impl Emitter {
     /// Compiles the body of the innermost function and files it; returns its index.
     fn finish_body(&mut self, body: &[Term], span: Span) -> u32 {
         if self.terms(body, true) == Flow::Continues {
-            let end = Span { start: span.end.saturating_sub(1), end: span.end };
+            // That is the closing bracket; the main program, which has none, ends behind its last word.
+            let end = if self.builders.len() > 1 {
+                Span { start: span.end - 1, end: span.end }
+            } else {
+                let end = body.last().map_or(span.start, |term| term.span.end);
+                Span { start: end, end }
+            };
             self.here().emit_return(end);
         }
         let builder = self.builders.pop().expect("the function was begun by the caller");

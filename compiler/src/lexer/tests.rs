@@ -1,6 +1,7 @@
 //! Words, numbers, strings and comments; and what is none.
 
 use super::*;
+use crate::preprocess;
 use crate::preprocess::testing::{errors, show_errors, show_tokens, tokens_of};
 
 #[test]
@@ -170,6 +171,17 @@ fn words_are_limited() {
     let (sources, found) = errors(&format!("{as_many}1 1 1"));
     let expected = format!("E0013 1:{column} the program has more than {MAX_TOKENS} words");
     assert_eq!(show_errors(&sources, &found), expected);
+}
+
+#[test]
+fn fewer_words_may_be_allowed() {
+    let mut sources = crate::source::SourceMap::with_max_words(3);
+    let file = sources.add("a.gml", b"1 2 3 { 5".to_vec()).expect("short");
+    let (tokens, errors) =
+        preprocess::tokens_and_errors(&mut sources, file, &mut preprocess::NoIncludes);
+    assert_eq!(tokens.len(), 3);
+    assert_eq!(show_errors(&sources, &errors), "E0013 a.gml:1:7 the program has more than 3 words");
+    assert_eq!(errors[0].helps, ["raise the limit with `--max-words N`"]);
 }
 
 #[test]

@@ -21,6 +21,7 @@ use crate::failure::Failure;
 use crate::measure::machine::thread_time;
 use crate::measure::rounds::Rounds;
 use crate::run;
+use crate::run::limits::Used;
 use crate::run::plan::{self, Plan};
 use crate::trace;
 use crate::values::Size;
@@ -168,7 +169,9 @@ impl Host for Once<'_> {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let args = self.bench.args;
         let Size { width, height } = plan::size(&job, &args.picture);
-        args.limits.check(&job, 1, width, height, Precision::F64)?;
+        let mut used = Used::default();
+        used.add(width, height);
+        args.limits.check(&job, used, width, height, Precision::F64)?;
         match Plan::new(&job, &args.picture) {
             Ok(plan) => self.rendered = Some(self.trace(&job, &plan)),
             Err(failure) => self.stopped_by = Some(failure),

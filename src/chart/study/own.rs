@@ -19,6 +19,7 @@ use crate::chart::study::data::{Case, Cells, Curve, Form, Item, Panel};
 use crate::chart::study::sets::Kind;
 use crate::failure::Failure;
 use crate::run;
+use crate::run::limits::Used;
 use crate::run::plan::Plan;
 use crate::stability::{self, CASES, Way};
 use crate::trace::{self, Account};
@@ -118,7 +119,9 @@ impl Host for Room<'_> {
         for n in 1..=MAX_BOUNCES {
             job.depth = n;
             let args = self.bench.args;
-            args.limits.check(&job, 1, job.width, job.height, Precision::Certified)?;
+            let mut used = Used::default();
+            used.add(job.width, job.height);
+            args.limits.check(&job, used, job.width, job.height, Precision::Certified)?;
             match Plan::new(&job, &args.picture) {
                 Ok(plan) => self.reflect(&job, &plan, f64::from(n))?,
                 Err(failure) => {

@@ -50,13 +50,13 @@ pub(super) fn measure(kind: Kind, scene: &Path, bench: Bench<'_>) -> Result<Vec<
     let scene_name = clean(&scene.display().to_string()).into_owned();
     let mut panels = Vec::new();
     let source = Source::read(scene, &bench.args.inputs, bench.reporter)?;
-    each_image(source, scene, bench, &mut |job, plan, number| {
+    each_image(source, scene, bench, &mut |job, plan, used| {
         let args = bench.args;
         let (width, height) = (plan.view.width, plan.view.height);
-        args.limits.check(job, number, width, height, Precision::Certified)?;
-        let name = match number {
+        args.limits.check(job, used, width, height, Precision::Certified)?;
+        let name = match used.images {
             1 => scene_name.clone(),
-            _ => format!("{scene_name}, image {number}"),
+            number => format!("{scene_name}, image {number}"),
         };
         let image = Image { job, plan, bench, name: name.clone() };
         let form = match kind {

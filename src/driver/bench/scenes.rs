@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use rayon::ThreadPool;
 
 use crate::args::{
-    BenchArgs, Dialect, EconomyArgs, Engine, PartsArgs, Precision, RunArgs, TimeArgs,
+    BenchArgs, Dialect, EconomyArgs, Engine, OutputsArgs, PartsArgs, Precision, RunArgs, TimeArgs,
 };
 use crate::clean::clean;
 use crate::driver::bench::Pools;
@@ -109,6 +109,7 @@ impl<'p> Variant<'p> {
             inputs: args.inputs.clone(),
             out_dir: PathBuf::from("."),
             output: None,
+            outputs: OutputsArgs::default(),
             frames: None,
             format: None,
             stats: None,

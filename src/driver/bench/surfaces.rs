@@ -33,6 +33,7 @@ use crate::measure::machine::{ProcessorTime, thread_time};
 use crate::measure::rounds::Rounds;
 use crate::measure::statistics::{median, paired_ratio};
 use crate::report::Reporter;
+use crate::run::limits::Used;
 
 /// Passes over the points are repeated until one sample takes this long.
 const SAMPLE_TIME: Duration = Duration::from_millis(2);
@@ -89,7 +90,7 @@ pub(super) fn measure(
 /// A host that renders nothing, but remembers what would be called.
 struct Collector {
     limits: LimitArgs,
-    n_images: u64,
+    used: Used,
     found: Vec<Found>,
     /// Places in `found`.
     by_closure: HashMap<*const Closure, usize>,
@@ -103,14 +104,14 @@ struct Found {
 
 impl Collector {
     fn new(limits: LimitArgs) -> Self {
-        Collector { limits, n_images: 0, found: Vec::new(), by_closure: HashMap::new() }
+        Collector { limits, used: Used::default(), found: Vec::new(), by_closure: HashMap::new() }
     }
 }
 
 impl Host for Collector {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
-        self.n_images += 1;
-        self.limits.check(&job, self.n_images, job.width, job.height, Precision::F64)?;
+        self.used.add(job.width, job.height);
+        self.limits.check(&job, self.used, job.width, job.height, Precision::F64)?;
         let (scene, closures): (Scene, _) = surfaces::scene(&job.object);
         for (kind, surface) in scene.shapes() {
             let closure = &closures[surface.0 as usize];
