@@ -120,7 +120,7 @@ fn surface_lines(reports: &[SurfaceReport], source: &Source<'_>) -> Vec<String> 
     for (number, report) in reports.iter().enumerate() {
         let how = match &report.evaluation {
             Evaluation::Constant => "constant".to_owned(),
-            Evaluation::Native { n_bytes, n_uniforms } => {
+            Evaluation::Native { n_bytes, n_uniforms, .. } => {
                 format!("native, {n_bytes} bytes of code, {n_uniforms} uniforms")
             }
             Evaluation::Declined(why) => {
