@@ -7,18 +7,18 @@
 //! has a loop where GML has recursion. Machine code is called as the renderer calls it.
 //!
 //! A line has median and least time, and the median ratio to Rust's time in the same round. The line
-//! `bounded` is about machine code that gives bounds besides, for points known up to 1e-15. The lines
+//! `batch` is about asking at many points at once, where the renderer would do so. The line `bounded`
+//! is about machine code that gives bounds besides, for points known up to 1e-15. The lines
 //! `specialize`, `generate` and `bound` are about compiling the function once: from bytecode to SSA,
-//! from there to machine code, and to machine code with bounds. Names on the command line select functions. Without `--bench`, which cargo
-//! gives, all is checked but nothing timed.
+//! from there to machine code, and to machine code with bounds. Names on the command line select
+//! functions. Without `--bench`, which cargo gives, all is checked but nothing timed.
 
 use std::hint::black_box;
 use std::slice;
 
 use jit::shaders::{Evaluation, Shaders, Tiering};
-use vm::surfaces::InterpSurfaces;
-
 use renderer::surface::{MAX_BATCH, SurfaceEval, SurfaceId, SurfacePoint};
+use vm::surfaces::InterpSurfaces;
 
 use crate::gml::{LIMITS, call, call_bounded, numbers};
 use crate::race::{Contender, Times, race};

@@ -157,7 +157,7 @@ impl Slot {
     fn batch(&self) -> Option<(&Batch, &Bound)> {
         let Some(Tier::Native(..)) = self.tier.get() else { return None };
         let bound = self.variant.get()?.as_ref().ok()?;
-        Some((bound.variant.batch.as_ref()?, bound))
+        Some((bound.variant.batch.get()?.as_ref()?, bound))
     }
 }
 
@@ -174,8 +174,8 @@ pub(crate) struct Variant {
     /// Fuel that calls have used up by interpretation since.
     spent: AtomicU64,
     code: OnceLock<Result<Arc<Code>, Unsupported>>,
-    /// The shader over many points, if it can be done like that.
-    batch: Option<Batch>,
+    /// The same over many points; none if it cannot be done like that.
+    batch: OnceLock<Option<Batch>>,
     /// The bounded versions, by what is not known of the point: u, v, or both.
     pub(crate) bounded: [BoundedCode; 3],
     /// The signed version; none if it cannot be compiled.
@@ -332,7 +332,8 @@ impl<'p> Shaders<'p> {
         let code = variant.code.get_or_init(compile).clone()?;
         let fuel = self.fuel(shader);
         let native = Native::new(code, uniforms.clone(), fuel);
-        if variant.batch.as_ref().is_some_and(|batch| batch.pays) {
+        let batch = || self.generating.measure(|| batch::build(shader));
+        if variant.batch.get_or_init(batch).as_ref().is_some_and(|batch| batch.pays) {
             self.has_batches.store(true, Ordering::Relaxed);
         }
         Ok(Tier::Native(native, variant.needs))
@@ -376,11 +377,11 @@ impl<'p> Shaders<'p> {
                 let shader = self.specializing.measure(work)?;
                 let needs = needs(&shader);
                 Ok(Arc::new(Variant {
-                    batch: batch::build(&shader),
                     shader,
                     needs,
                     spent: AtomicU64::new(0),
                     code: OnceLock::new(),
+                    batch: OnceLock::new(),
                     bounded: Default::default(),
                     signed: OnceLock::new(),
                 }))

@@ -356,18 +356,18 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         self.sign::<SIGNED>(u64::from(crossing.leaf) << 32 | side);
         let surface = self.scene.leaves[crossing.leaf as usize].surface;
         let sample = self.sample::<SIGNED>(surface, &at)?;
-        Ok(self.lit::<SIGNED>(dir, &hit, &sample))
+        self.lit::<SIGNED>(dir, &hit, &sample)
     }
 
     /// What a point with this sample shows that is seen in a direction, and the reflected ray, unless
-    /// that cannot matter.
+    /// that cannot matter. It never fails: it returns what its caller does, so that nothing is moved.
     #[inline(always)]
     fn lit<const SIGNED: bool>(
         &mut self,
         dir: Vec3<R>,
         hit: &Hit<R>,
         sample: &Sample<R>,
-    ) -> Bounced<R> {
+    ) -> Result<Bounced<R>, E::Error> {
         let (diffuse, specular) = self.direct_light::<SIGNED>(hit, dir, sample);
         self.notice(Doubt::Light);
         let Sample { color, ks, .. } = *sample;
@@ -380,13 +380,13 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let reflects = !is_last && ks != R::ZERO;
         self.notice(Doubt::Surface);
         let Some(normal) = hit.normal.filter(|_| reflects && !self.has_given_up()) else {
-            return (bounce, None);
+            return Ok((bounce, None));
         };
         self.counts.reflected += 1;
         let twice = dir.dot(normal) * R::from_f64(2.0);
         let reflected = dir - normal * twice;
         let (origin, on, medium) = (hit.point, Some(hit.on), hit.medium);
-        (bounce, Some(Ray { origin, dir: reflected, on, medium }))
+        Ok((bounce, Some(Ray { origin, dir: reflected, on, medium })))
     }
 
     /// Asks the surface function.

@@ -5,12 +5,11 @@ use compiler::op::Operator;
 use super::{ALL, ARGUMENTS, Action, Batch, MAX_REGISTERS, Operand, Step};
 use crate::sir::{Block, Body, Inst, N_ARGUMENTS, Shader, Term, Type, Val, Version};
 
-/// Nanoseconds of processor time for a point, on the machine of `docs/performance.md`. A sine or cosine
-/// takes 9 as a call and 2 among many; other operators do not pay, and cost one or two where they are
-/// no vector instructions.
-
+/// Nanoseconds of processor time that a sine or cosine takes more as a call (9) than at one of many
+/// points (2), on the machine of `benches/history`. Other operators take about as long either way.
 const SAVED_BY_ANGLE: usize = 7;
-/// What handing over a point and its answer takes, with as much again to be surely quicker.
+
+/// Nanoseconds that handing over a point and its answer takes, and as much again to be surely quicker.
 const GATHERING: usize = 21;
 
 /// Makes steps of a shader; none if it has loops or routines, or takes too many registers.
@@ -53,7 +52,8 @@ pub(crate) fn build(shader: &Shader) -> Option<Batch> {
     (batch.n_registers <= MAX_REGISTERS).then_some(batch)
 }
 
-/// Whether many calls are slower. Steps of blocks that only some points reach are taken for lost.
+/// Whether many calls are slower. A step that is no vector instruction, or that only some points are in
+/// need of, is taken for a nanosecond lost.
 fn pays(batch: &Batch) -> bool {
     let is_angle =
         |step: &&Step| matches!(step.action, Action::Scalar(Operator::Sin | Operator::Cos));

@@ -164,7 +164,7 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
             }
             None => self.sample::<false>(*surface, at)?,
         };
-        let (bounce, reflected) = self.lit::<false>(*dir, hit, &sample);
+        let (bounce, reflected) = self.lit::<false>(*dir, hit, &sample)?;
         match reflected {
             None => Ok(self.reflected(&bounce, Vec3::ZERO)),
             Some(ray) => {
