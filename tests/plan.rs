@@ -29,6 +29,9 @@ const WIDTH: u32 = 40;
 /// What an image is, or the pixel where its surface function fails and why.
 type Outcome = Result<Image<[u8; 3]>, (u32, u32, String)>;
 
+/// The same with the numbers of rays.
+type Counted = Result<(Image<[u8; 3]>, RayCounts), (u32, u32, String)>;
+
 /// Renders each image with and without omissions, and counts them.
 #[derive(Default)]
 struct Comparing {
@@ -94,7 +97,7 @@ fn compare_batches(job: &RenderJob<'_>) {
         let outcome = renderer::render(&scene, &illumination, &view, worker, &|_| {});
         outcome.map_err(|failure| (failure.x, failure.y, failure.error.into_diagnostic().message))
     });
-    let [single, many]: [Result<(Image<[u8; 3]>, RayCounts), _>; 2] = outcomes;
+    let [single, many]: [Counted; 2] = outcomes;
     assert!(single == many, "{}: differs in batches", job.name);
 }
 

@@ -87,6 +87,7 @@ impl Locate for Place {
 }
 
 /// What both engines say of a surface function.
+#[allow(dead_code, reason = "each test reads its part")]
 pub struct Agreed {
     /// How it was evaluated.
     pub evaluation: Evaluation,

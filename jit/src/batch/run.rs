@@ -17,12 +17,12 @@ type Register = [u64; WIDTH];
 pub(crate) struct Lanes {
     registers: Vec<Register>,
     /// Where there is no answer.
-    left: Register,
+    left: Box<Register>,
 }
 
 impl Default for Lanes {
     fn default() -> Self {
-        Lanes { registers: Vec::new(), left: [0; WIDTH] }
+        Lanes { registers: Vec::new(), left: Box::new([0; WIDTH]) }
     }
 }
 
@@ -58,7 +58,7 @@ impl Batch {
         {
             register[points.len()..].fill(bits);
         }
-        lanes.left = [0; WIDTH];
+        *lanes.left = [0; WIDTH];
         let mut running = Running { n, tables, uniforms, lanes };
         let mut at = 0;
         while let Some(step) = self.steps.get(at) {
@@ -129,15 +129,15 @@ impl Running<'_> {
             Operator::SubF => self.reals(step, scalar::sub_f),
             Operator::MulF => self.reals(step, scalar::mul_f),
             Operator::DivF => self.reals(step, scalar::div_f),
-            Operator::NegF => self.real(step, |a| scalar::neg_f(a)),
-            Operator::Frac => self.real(step, |a| scalar::frac(a)),
-            Operator::ClampF => self.real(step, |a| scalar::clamp_f(a)),
+            Operator::NegF => self.real(step, scalar::neg_f),
+            Operator::Frac => self.real(step, scalar::frac),
+            Operator::ClampF => self.real(step, scalar::clamp_f),
             Operator::Sin if self.are_direct(step.a) => self.direct(step, degrees::sin_direct),
             Operator::Cos if self.are_direct(step.a) => self.direct(step, degrees::cos_direct),
-            Operator::Sin => self.real(step, |a| scalar::sin(a)),
-            Operator::Cos => self.real(step, |a| scalar::cos(a)),
-            Operator::Asin => self.real(step, |a| scalar::asin(a)),
-            Operator::Acos => self.real(step, |a| scalar::acos(a)),
+            Operator::Sin => self.real(step, scalar::sin),
+            Operator::Cos => self.real(step, scalar::cos),
+            Operator::Asin => self.real(step, scalar::asin),
+            Operator::Acos => self.real(step, scalar::acos),
             Operator::Sqrt => self.try_each(step, |a, _| {
                 let root = scalar::sqrt(f64::from_bits(a));
                 (root.map_or(0, f64::to_bits), root.is_ok())
