@@ -4,7 +4,7 @@
 
 use jit::shaders::Evaluation;
 use renderer::surface::SurfacePoint;
-use support::agreement::agree;
+use support::agreement::{Agreed, agree};
 use support::generator::{LIMITS, Random, points, program};
 
 #[allow(unreachable_pub, reason = "shared with the fuzz targets, where it is public")]
@@ -26,12 +26,14 @@ struct Tally {
     declined: std::collections::BTreeMap<String, u64>,
     calls: u64,
     errors: u64,
+    in_batches: u64,
 }
 
 fn check(seed: u64, tally: &mut Tally) {
     let text = program(&mut Random::new(seed));
     let points: Vec<SurfacePoint> = points(&mut Random::new(!seed));
-    let Some((evaluation, results)) = agree(&text, LIMITS, points.into_iter()) else {
+    let Some(Agreed { evaluation, results, in_batches }) = agree(&text, LIMITS, points.into_iter())
+    else {
         tally.failed_before += 1;
         return;
     };
@@ -42,6 +44,7 @@ fn check(seed: u64, tally: &mut Tally) {
         Evaluation::Cold => unreachable!("all are compiled at once"),
     }
     tally.calls += results.len() as u64;
+    tally.in_batches += in_batches as u64;
     tally.errors += results.iter().filter(|result| result.is_err()).count() as u64;
 }
 
@@ -56,6 +59,7 @@ fn native_code_agrees_with_the_interpreter() {
     println!("{tally:#?}");
     // A generator whose programs all fail would find nothing; nor would one of what is declined.
     assert!(tally.native * 2 > n_programs && tally.errors * 2 < tally.calls, "{tally:?}");
+    assert!(tally.in_batches * 4 > tally.calls, "too few answers in batches: {tally:?}");
     let n_declined: u64 = tally.declined.values().sum();
     assert!(n_declined * 50 <= n_programs, "more than 2 % are declined: {tally:?}");
 }

@@ -29,7 +29,8 @@ fn call_at(n: u8, text: &str, limits: Limits) -> (Evaluation, Vec<Told>) {
         let u = f64::from(k) / f64::from(n - 1);
         SurfacePoint { face: k % 6, u, v: f64::from(n - 1 - k) / f64::from(n - 1) }
     });
-    agree(text, limits, points).expect("it leaves a surface function")
+    let agreed = agree(text, limits, points).expect("it leaves a surface function");
+    (agreed.evaluation, agreed.results)
 }
 
 fn assert_native(text: &str) {

@@ -12,6 +12,8 @@ use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
 use renderer::plan::{Omissions, Part};
 use renderer::scene::Scene;
+use renderer::shade::RayCounts;
+use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
 use support::scenes::{LIMITS, run, shared};
 use vm::host::{Dialect, Host, RenderJob};
 use vm::surfaces::{InterpSurfaces, scene};
@@ -26,6 +28,9 @@ const WIDTH: u32 = 40;
 
 /// What an image is, or the pixel where its surface function fails and why.
 type Outcome = Result<Image<[u8; 3]>, (u32, u32, String)>;
+
+/// The same with the numbers of rays.
+type Counted = Result<(Image<[u8; 3]>, RayCounts), (u32, u32, String)>;
 
 /// Renders each image with and without omissions, and counts them.
 #[derive(Default)]
@@ -45,9 +50,55 @@ impl Host for Comparing {
         assert!(base == other, "{}: differs in double-double", job.name);
         let [base, other] = [Omissions::ALL, Omissions::NONE].map(|o| certain(&job, o));
         assert!(base == other, "{}: differs where it is certain", job.name);
+        compare_batches(&job);
         self.n_images += 1;
         Ok(())
     }
+}
+
+/// Asks another evaluator at many points at once, at all but every fifth.
+struct InBatches<E>(E);
+
+impl<E: SurfaceEval> SurfaceEval for InBatches<E> {
+    type Error = E::Error;
+
+    fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, E::Error> {
+        self.0.eval(surface, at)
+    }
+
+    fn has_batches(&self) -> bool {
+        true
+    }
+
+    fn batch_needs(&self, surface: SurfaceId) -> Option<Needs> {
+        (surface.0 % 7 != 6).then_some(Needs::ALL)
+    }
+
+    fn eval_batch(
+        &mut self,
+        surface: SurfaceId,
+        points: &[SurfacePoint],
+        samples: &mut Vec<Option<SurfaceSample>>,
+    ) {
+        let numbered = points.iter().enumerate();
+        let sample = |(index, at)| self.0.eval(surface, at).ok().filter(|_| index % 5 != 4);
+        samples.extend(numbered.map(sample));
+    }
+}
+
+/// Whether surface functions are asked at one point after the other or at many at once, images, failures
+/// and the numbers of rays are the same.
+fn compare_batches(job: &RenderJob<'_>) {
+    let (view, illumination) = (view(job), job.illumination(Dialect::Auto));
+    let outcomes = [Omissions::ALL.without(Part::Calls), Omissions::ALL].map(|omissions| {
+        let (scene, surfaces): (Scene<f64>, _) = scene(&job.object);
+        let scene = scene.leaving_out(omissions);
+        let worker = || InBatches(InterpSurfaces::new(job.program, &surfaces, LIMITS));
+        let outcome = renderer::render(&scene, &illumination, &view, worker, &|_| {});
+        outcome.map_err(|failure| (failure.x, failure.y, failure.error.into_diagnostic().message))
+    });
+    let [single, many]: [Counted; 2] = outcomes;
+    assert!(single == many, "{}: differs in batches", job.name);
 }
 
 /// What both engines make of a job's image.

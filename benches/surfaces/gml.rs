@@ -7,7 +7,7 @@ use compiler::diagnostic::Diagnostic;
 use compiler::source::SourceMap;
 use renderer::surface::{
     Bounded, BoundedPoint, BoundedSample, LocateBounded, Needs, SurfaceEval, SurfaceId,
-    SurfacePoint,
+    SurfacePoint, SurfaceSample,
 };
 use vm::host::{Host, RenderJob};
 use vm::machine::{Limits, Machine};
@@ -77,6 +77,12 @@ pub(crate) fn call<E: SurfaceEval>(evaluator: &mut E, face: u8, u: f64, v: f64) 
     let Ok(sample) = evaluator.eval(SurfaceId(0), &SurfacePoint { face, u, v }) else {
         panic!("the surface function fails at face {face}, u {u}, v {v}")
     };
+    numbers(&sample)
+}
+
+/// What a surface function leaves, in order.
+#[inline(always)]
+pub(crate) fn numbers(sample: &SurfaceSample) -> Answer {
     let [red, green, blue] = sample.color.to_array();
     [red, green, blue, sample.kd, sample.ks, sample.phong_exp]
 }

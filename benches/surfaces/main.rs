@@ -7,18 +7,20 @@
 //! has a loop where GML has recursion. Machine code is called as the renderer calls it.
 //!
 //! A line has median and least time, and the median ratio to Rust's time in the same round. The line
-//! `bounded` is about machine code that gives bounds besides, for points known up to 1e-15. The lines
+//! `batch` is about asking at many points at once, where the renderer would do so. The line `bounded`
+//! is about machine code that gives bounds besides, for points known up to 1e-15. The lines
 //! `specialize`, `generate` and `bound` are about compiling the function once: from bytecode to SSA,
-//! from there to machine code, and to machine code with bounds. Names on the command line select functions. Without `--bench`, which cargo
-//! gives, all is checked but nothing timed.
+//! from there to machine code, and to machine code with bounds. Names on the command line select
+//! functions. Without `--bench`, which cargo gives, all is checked but nothing timed.
 
 use std::hint::black_box;
 use std::slice;
 
 use jit::shaders::{Evaluation, Shaders, Tiering};
+use renderer::surface::{MAX_BATCH, SurfaceEval, SurfaceId, SurfacePoint};
 use vm::surfaces::InterpSurfaces;
 
-use crate::gml::{LIMITS, call, call_bounded};
+use crate::gml::{LIMITS, call, call_bounded, numbers};
 use crate::race::{Contender, Times, race};
 use crate::twins::{Answer, Twin};
 
@@ -127,6 +129,7 @@ fn bench_function(function: &Function, n_rounds: usize) {
     );
     let mut native = shaders.worker();
     let mut bounding = shaders.worker();
+    let mut batching = shaders.worker();
     let expected = function.sum_over_grid(|face, u, v| {
         let expected = (function.twin)(face, u, v);
         let others = [call(&mut interpreter, face, u, v), call(&mut native, face, u, v)];
@@ -150,6 +153,9 @@ fn bench_function(function: &Function, n_rounds: usize) {
         }),
         Contender::new("rust", || function.sum_over_grid(black_box(function.twin))),
     ];
+    if batching.batch_needs(SurfaceId(0)).is_some() {
+        contenders.insert(2, Contender::new("batch", || function.sum_over_rows(&mut batching)));
+    }
     if function.binding.is_none() {
         contenders.extend(Contender::in_lua(function.name, GRID));
     }
@@ -186,6 +192,24 @@ fn bench_count(n_rounds: usize) {
 }
 
 impl Function {
+    /// The same sum by an evaluator that is asked at the points of a row at once.
+    fn sum_over_rows<E: SurfaceEval>(&self, surfaces: &mut E) -> f64 {
+        let (mut points, mut samples) = (Vec::new(), Vec::new());
+        let mut sum = 0.0;
+        self.sum_over_grid(|face, u, v| {
+            points.push(SurfacePoint { face, u, v });
+            if points.len() == MAX_BATCH {
+                surfaces.eval_batch(SurfaceId(0), &points, &mut samples);
+                for sample in samples.drain(..).flatten() {
+                    sum += numbers(&sample).iter().sum::<f64>();
+                }
+                points.clear();
+            }
+            [0.0; 6]
+        });
+        sum
+    }
+
     /// The sum of all answers on the grid; faces change from row to row.
     fn sum_over_grid(&self, mut surface: impl FnMut(u8, f64, f64) -> Answer) -> f64 {
         let [begin, end] = self.domain;

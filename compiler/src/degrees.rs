@@ -23,18 +23,25 @@ const ROUNDER: f64 = 1.5 * (1u64 << 52) as f64;
 /// The angle as quadrant, of which the two lowest bits count, and remainder:
 /// `angle = 90 quadrant + (-45..=45)`, but for a rounding error at the ends, modulo 360.
 fn reduce(angle: f64) -> (u64, f64) {
-    let angle = if angle.abs() < DIRECT_LIMIT { angle } else { libm::fmod(angle, 360.0) };
+    reduce_direct(if is_direct(angle) { angle } else { libm::fmod(angle, 360.0) })
+}
+
+/// The same for angles below [`DIRECT_LIMIT`].
+#[inline(always)]
+fn reduce_direct(angle: f64) -> (u64, f64) {
     let rounded = angle.mul_add(1.0 / 90.0, ROUNDER);
     (rounded.to_bits(), (rounded - ROUNDER).mul_add(-90.0, angle))
 }
 
 /// Degrees to radians as an unevaluated sum; `angle` is at most 45 in size.
+#[inline(always)]
 fn to_radians(angle: f64) -> (f64, f64) {
     let hi = angle * RADIANS_HI;
     (hi, angle.mul_add(RADIANS_HI, -hi) + angle * RADIANS_LO)
 }
 
 /// sin(x + y) for |x| <= pi/4 and y a tail of x.
+#[inline(always)]
 fn sin_kernel(x: f64, y: f64) -> f64 {
     const S1: f64 = -1.666_666_666_666_663_2e-1;
     const S2: f64 = 8.333_333_333_322_49e-3;
@@ -49,6 +56,7 @@ fn sin_kernel(x: f64, y: f64) -> f64 {
 }
 
 /// cos(x + y) for |x| <= pi/4 and y a tail of x.
+#[inline(always)]
 fn cos_kernel(x: f64, y: f64) -> f64 {
     const C1: f64 = 4.166_666_666_666_66e-2;
     const C2: f64 = -1.388_888_888_887_411e-3;
@@ -78,6 +86,18 @@ fn quadrant(quarter_turns: u64, remainder: f64) -> f64 {
     if quarter_turns & 2 == 0 { magnitude + 0.0 } else { -magnitude + 0.0 }
 }
 
+/// The same without branches: what is not wanted is masked out, since a compiler may turn a choice
+/// between two polynomials into a branch.
+#[inline(always)]
+fn quadrant_select(quarter_turns: u64, remainder: f64) -> f64 {
+    let (x, y) = to_radians(remainder);
+    let (sine, cosine) = (sin_kernel(x, y), cos_kernel(x, y));
+    let sine = if remainder.abs() == 30.0 { 0.5f64.copysign(remainder) } else { sine };
+    let is_odd = (quarter_turns & 1).wrapping_neg();
+    let magnitude = (sine.to_bits() & !is_odd) | (cosine.to_bits() & is_odd);
+    f64::from_bits(magnitude ^ (quarter_turns & 2) << 62) + 0.0
+}
+
 /// The sine of an angle in degrees; NaN for infinities.
 #[must_use]
 pub fn sin(angle: f64) -> f64 {
@@ -90,6 +110,30 @@ pub fn sin(angle: f64) -> f64 {
 pub fn cos(angle: f64) -> f64 {
     let (quarter_turns, remainder) = reduce(angle);
     quadrant(quarter_turns.wrapping_add(1), remainder)
+}
+
+/// Whether [`sin_direct`] and [`cos_direct`] are the sine and cosine of an angle.
+#[inline]
+#[must_use]
+pub fn is_direct(angle: f64) -> bool {
+    angle.abs() < DIRECT_LIMIT
+}
+
+/// [`sin`] of an angle that [`is_direct`], to the bit. It has no branches, so that loops over it become
+/// vector instructions; by itself it is slower.
+#[inline(always)]
+#[must_use]
+pub fn sin_direct(angle: f64) -> f64 {
+    let (quarter_turns, remainder) = reduce_direct(angle);
+    quadrant_select(quarter_turns, remainder)
+}
+
+/// [`cos`] of an angle that [`is_direct`], as [`sin_direct`].
+#[inline(always)]
+#[must_use]
+pub fn cos_direct(angle: f64) -> f64 {
+    let (quarter_turns, remainder) = reduce_direct(angle);
+    quadrant_select(quarter_turns.wrapping_add(1), remainder)
 }
 
 /// (asin(x) - x) / x as a function of x squared, for |x| <= 1/2.
@@ -186,6 +230,20 @@ mod tests {
         }
         assert_eq!(sin(1e300), sin(libm::fmod(1e300, 360.0)));
         assert!(sin(f64::INFINITY).is_nan() && cos(f64::NAN).is_nan());
+    }
+
+    #[test]
+    fn without_branches_the_bits_are_the_same() {
+        let limit = 1e12f64.next_down();
+        let special = [0.0, -0.0, 1e-300, 30.0, 45.0, 45f64.next_up(), 90.0, 135.0, limit, -limit];
+        let many = (-20_000i32..20_000).map(|k| f64::from(k) * 1.5);
+        let odd = (-20_000i32..20_000).map(|k| f64::from(k).powi(3) * 0.123_456_789);
+        for angle in special.into_iter().chain(many).chain(odd) {
+            let of = |f: fn(f64) -> f64| f(angle).to_bits();
+            assert!(is_direct(angle));
+            assert_eq!((of(sin_direct), of(cos_direct)), (of(sin), of(cos)), "{angle}");
+        }
+        assert!([1e12, -1e300, f64::NAN, f64::INFINITY].iter().all(|angle| !is_direct(*angle)));
     }
 
     #[test]

@@ -12,6 +12,7 @@
 #![deny(unsafe_code)]
 
 mod abi;
+mod batch;
 mod bounded;
 mod certify;
 mod code;

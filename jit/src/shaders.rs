@@ -2,7 +2,7 @@
 //! is decided.
 
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
@@ -18,6 +18,7 @@ use vm::program::LoadedProgram;
 use vm::surfaces::InterpSurfaces;
 use vm::value::Closure;
 
+use crate::batch::{self, Batch, Lanes};
 use crate::certify::BoundedCode;
 use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
@@ -75,6 +76,8 @@ pub enum Evaluation {
         n_bytes: usize,
         /// Uniforms.
         n_uniforms: u32,
+        /// Whether it is evaluated at many points at once where there are many.
+        in_batches: bool,
     },
     /// By the interpreter, since it cannot be compiled.
     Declined(Unsupported),
@@ -133,6 +136,8 @@ pub struct Shaders<'p> {
     spent: Vec<AtomicU64>,
     cache: Mutex<Cache>,
     observer: Option<Observer<'p>>,
+    /// Whether a surface on which it has been decided can be asked at many points at once.
+    has_batches: AtomicBool,
     pub(crate) specializing: Stopwatch,
     pub(crate) generating: Stopwatch,
 }
@@ -145,6 +150,15 @@ pub(crate) struct Slot {
     pub(crate) tier: OnceLock<Tier>,
     /// How it is evaluated with a signature; set after that.
     pub(crate) signed: OnceLock<Signed>,
+}
+
+impl Slot {
+    /// The surface's shader over many points, if there is one, and its native code answers at each.
+    fn batch(&self) -> Option<(&Batch, &Bound)> {
+        let Some(Tier::Native(..)) = self.tier.get() else { return None };
+        let bound = self.variant.get()?.as_ref().ok()?;
+        Some((bound.variant.batch.get()?.as_ref()?, bound))
+    }
 }
 
 /// A variant, and what it needs besides the point to be one closure.
@@ -160,6 +174,8 @@ pub(crate) struct Variant {
     /// Fuel that calls have used up by interpretation since.
     spent: AtomicU64,
     code: OnceLock<Result<Arc<Code>, Unsupported>>,
+    /// The same over many points; none if it cannot be done like that.
+    batch: OnceLock<Option<Batch>>,
     /// The bounded versions, by what is not known of the point: u, v, or both.
     pub(crate) bounded: [BoundedCode; 3],
     /// The signed version; none if it cannot be compiled.
@@ -219,6 +235,7 @@ impl<'p> Shaders<'p> {
             spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
             observer,
+            has_batches: AtomicBool::new(false),
             specializing: Stopwatch::default(),
             generating: Stopwatch::default(),
         };
@@ -240,6 +257,7 @@ impl<'p> Shaders<'p> {
         NativeSurfaces {
             shaders: self,
             interpreter: InterpSurfaces::new(self.program, self.surfaces, self.limits),
+            lanes: Lanes::default(),
         }
     }
 
@@ -254,6 +272,7 @@ impl<'p> Shaders<'p> {
                 Some(Tier::Native(native, _)) => Evaluation::Native {
                     n_bytes: native.code.n_bytes,
                     n_uniforms: native.n_uniforms(),
+                    in_batches: slot.batch().is_some_and(|(batch, _)| batch.pays),
                 },
                 Some(Tier::Interpreted(unsupported)) => Evaluation::Declined(unsupported.clone()),
             };
@@ -313,6 +332,10 @@ impl<'p> Shaders<'p> {
         let code = variant.code.get_or_init(compile).clone()?;
         let fuel = self.fuel(shader);
         let native = Native::new(code, uniforms.clone(), fuel);
+        let batch = || self.generating.measure(|| batch::build(shader));
+        if variant.batch.get_or_init(batch).as_ref().is_some_and(|batch| batch.pays) {
+            self.has_batches.store(true, Ordering::Relaxed);
+        }
         Ok(Tier::Native(native, variant.needs))
     }
 
@@ -358,6 +381,7 @@ impl<'p> Shaders<'p> {
                     needs,
                     spent: AtomicU64::new(0),
                     code: OnceLock::new(),
+                    batch: OnceLock::new(),
                     bounded: Default::default(),
                     signed: OnceLock::new(),
                 }))
@@ -426,6 +450,7 @@ pub(crate) fn needs(shader: &Shader) -> Needs {
 pub struct NativeSurfaces<'s> {
     pub(crate) shaders: &'s Shaders<'s>,
     pub(crate) interpreter: InterpSurfaces<'s>,
+    lanes: Lanes,
 }
 
 impl SurfaceEval for NativeSurfaces<'_> {
@@ -445,6 +470,30 @@ impl SurfaceEval for NativeSurfaces<'_> {
             Some(Tier::Constant(sample)) => Ok(*sample),
             Some(Tier::Interpreted(_)) => self.interpret(surface, at),
             None => Ok(self.eval_cold(index, surface, at)?),
+        }
+    }
+
+    fn has_batches(&self) -> bool {
+        self.shaders.has_batches.load(Ordering::Relaxed)
+    }
+
+    fn batch_needs(&self, surface: SurfaceId) -> Option<Needs> {
+        let slot = &self.shaders.slots[surface.0 as usize];
+        slot.batch().filter(|(batch, _)| batch.pays).map(|(_, bound)| bound.variant.needs)
+    }
+
+    fn eval_batch(
+        &mut self,
+        surface: SurfaceId,
+        points: &[SurfacePoint],
+        samples: &mut Vec<Option<SurfaceSample>>,
+    ) {
+        match self.shaders.slots[surface.0 as usize].batch() {
+            Some((batch, bound)) => {
+                let tables = &bound.variant.shader.tables;
+                batch.run(tables, &bound.uniforms, points, &mut self.lanes, samples);
+            }
+            None => samples.extend(points.iter().map(|_| None)),
         }
     }
 

@@ -29,11 +29,13 @@ pub enum Part {
     Fading,
     /// Planes in that search that the light comes from in front of.
     Obstacles,
+    /// Calls of surface functions at one point after the other, where one at many points is quicker.
+    Calls,
 }
 
 impl Part {
     /// All parts.
-    pub const ALL: [Part; 8] = [
+    pub const ALL: [Part; 9] = [
         Part::Coordinates,
         Part::Eye,
         Part::Turns,
@@ -42,6 +44,7 @@ impl Part {
         Part::Blockers,
         Part::Fading,
         Part::Obstacles,
+        Part::Calls,
     ];
 }
 

@@ -5,11 +5,11 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::camera::{ImagePoint, View};
+use crate::camera::View;
 use crate::image::{Image, Pixel};
 use crate::numeric::real::Real;
 use crate::scene::Scene;
-use crate::shade::{Illumination, RayCounts, Shader};
+use crate::shade::{Ahead, Illumination, RayCounts, Shader};
 use crate::surface::SurfaceEval;
 
 /// A surface function had no answer.
@@ -39,12 +39,13 @@ pub fn render<R: Real, E: SurfaceEval + Send, P: Pixel>(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Image<P>, RayCounts), Failure<E::Error>> {
     let grid = view.grid(1);
-    let make = || Shader::new(scene, illumination, worker());
-    let (pixels, shaders) = pixels(view, 1, make, progress, |shader, column, row| {
-        let light = shader.radiance(&grid, ImagePoint::centre(column, row))?;
+    let make = || (Shader::new(scene, illumination, worker()), Ahead::new());
+    let end = view.region.x + view.region.width;
+    let (pixels, workers) = pixels(view, 1, make, progress, |(shader, ahead), column, row| {
+        let light = shader.pixel_radiance(ahead, &grid, [column, row], end)?;
         Ok(P::from_linear(light.map(R::to_f64).into()))
     })?;
-    let counts = shaders.iter().map(|shader| shader.counts).sum();
+    let counts = workers.iter().map(|(shader, _)| shader.counts).sum();
     Ok((Image { width: view.width, height: view.height, pixels }, counts))
 }
 

@@ -31,6 +31,10 @@ use crate::surface::{
 };
 use crate::trace::Workspace;
 
+mod ahead;
+
+pub(crate) use ahead::Ahead;
+
 /// Light, and how surfaces answer it.
 #[derive(Clone, Debug)]
 pub struct Illumination {
@@ -310,9 +314,21 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
 
     #[inline(always)]
     fn follow<const SIGNED: bool>(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
+        self.start();
+        self.go_on::<SIGNED>(ray)
+    }
+
+    /// Begins a path.
+    #[inline(always)]
+    fn start(&mut self) {
         self.counts.primary += 1;
         self.path.clear();
         self.doubt = None;
+    }
+
+    /// The light that arrives at the eye along the path so far from the end of this ray.
+    #[inline(always)]
+    fn go_on<const SIGNED: bool>(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
         let (mut ray, mut light) = (ray, Vec3::ZERO);
         while let Some(crossing) = self.scene.first_hit(&ray, &mut self.workspace) {
             self.notice(Doubt::Boundary);
@@ -357,9 +373,21 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         self.sign::<SIGNED>(u64::from(crossing.leaf) << 32 | side);
         let surface = self.scene.leaves[crossing.leaf as usize].surface;
         let sample = self.sample::<SIGNED>(surface, &at)?;
-        let (diffuse, specular) = self.direct_light::<SIGNED>(&hit, dir, &sample);
+        self.lit::<SIGNED>(dir, &hit, &sample)
+    }
+
+    /// What a point with this sample shows that is seen in a direction, and the reflected ray, unless
+    /// that cannot matter. It never fails: it returns what its caller does, so that nothing is moved.
+    #[inline(always)]
+    fn lit<const SIGNED: bool>(
+        &mut self,
+        dir: Vec3<R>,
+        hit: &Hit<R>,
+        sample: &Sample<R>,
+    ) -> Result<Bounced<R>, E::Error> {
+        let (diffuse, specular) = self.direct_light::<SIGNED>(hit, dir, sample);
         self.notice(Doubt::Light);
-        let Sample { color, ks, .. } = sample;
+        let Sample { color, ks, .. } = *sample;
         let tint = |light: Vec3<R>| {
             if self.illumination.tint_specular { light.scaled_by(color) } else { light }
         };

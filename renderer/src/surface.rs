@@ -110,6 +110,9 @@ pub struct BoundedSample {
     pub phong_exp: Bounded,
 }
 
+/// The most points that a surface function is asked at at once.
+pub const MAX_BATCH: usize = 64;
+
 /// Evaluates surface functions for one thread.
 pub trait SurfaceEval {
     /// Why a function has no answer.
@@ -120,6 +123,30 @@ pub trait SurfaceEval {
     /// # Errors
     /// What the function does wrong; it ends the image.
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Self::Error>;
+
+    /// Whether there are surfaces by now that have [`SurfaceEval::batch_needs`].
+    fn has_batches(&self) -> bool {
+        false
+    }
+
+    /// What of points [`SurfaceEval::eval_batch`] reads, if it is quicker than many calls of a surface
+    /// function.
+    fn batch_needs(&self, surface: SurfaceId) -> Option<Needs> {
+        let _ = surface;
+        None
+    }
+
+    /// Calls a surface function at points, at most [`MAX_BATCH`] of them, and appends its answers in
+    /// their order; none where it must be called alone, since it may fail.
+    fn eval_batch(
+        &mut self,
+        surface: SurfaceId,
+        points: &[SurfacePoint],
+        samples: &mut Vec<Option<SurfaceSample>>,
+    ) {
+        let _ = surface;
+        samples.extend(points.iter().map(|_| None));
+    }
 
     /// Calls a surface function, and tells the signature of its decisions. By itself the answer stands
     /// for them.

@@ -102,7 +102,7 @@ pub(super) fn outcome(outcome: &Outcome, sources: &SourceMap) -> String {
 pub(crate) fn evaluation(evaluation: &Evaluation, sources: &SourceMap) -> String {
     match evaluation {
         Evaluation::Constant => "constant".to_owned(),
-        Evaluation::Native { n_bytes, n_uniforms } => {
+        Evaluation::Native { n_bytes, n_uniforms, .. } => {
             format!("native, {n_bytes} bytes of code, {n_uniforms} uniforms")
         }
         Evaluation::Declined(why) => {

@@ -159,6 +159,14 @@ fn what(part: Part, traced: &Traced, rays: &RayCounts) -> Option<(&'static str, 
         }
         Part::Obstacles if used.lights == 0 => return None,
         Part::Obstacles => ("planes behind lamps", used.planes as u64, "planes"),
+        Part::Calls => {
+            let is_batched = |evaluation: &Evaluation| {
+                matches!(evaluation, Evaluation::Native { in_batches: true, .. })
+            };
+            let reports = traced.surfaces.iter();
+            let n = reports.filter(|report| is_batched(&report.evaluation)).count();
+            ("asking surface functions at many points at once", n as u64, "surface functions")
+        }
     };
     (amount > 0).then(|| (name, format!("{} {unit}", grouped(amount))))
 }

@@ -7,9 +7,11 @@ use std::sync::Arc;
 use compiler::diagnostic::Diagnostic;
 use compiler::preprocess::NoIncludes;
 use compiler::source::SourceMap;
-use jit::shaders::{Evaluation, Shaders, Tiering};
+use jit::shaders::{Evaluation, NativeSurfaces, Shaders, Tiering};
 use renderer::signature::Signature;
-use renderer::surface::{Locate, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample};
+use renderer::surface::{
+    Locate, MAX_BATCH, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample,
+};
 use vm::error::Error;
 use vm::host::{Host, RenderJob};
 use vm::machine::{Limits, Machine};
@@ -84,8 +86,19 @@ impl Locate for Place {
     }
 }
 
-/// Calls the surface function that a program leaves at some points, by both engines. Returns how it
-/// was evaluated and what the calls gave; none if the program fails before.
+/// What both engines say of a surface function.
+#[allow(dead_code, reason = "each test reads its part")]
+pub struct Agreed {
+    /// How it was evaluated.
+    pub evaluation: Evaluation,
+    /// What the calls gave.
+    pub results: Vec<Told>,
+    /// At how many of the points there was an answer when it was asked at many at once.
+    pub in_batches: usize,
+}
+
+/// Calls the surface function that a program leaves at some points, by both engines, and at
+/// many of them at once; none if the program fails before.
 ///
 /// # Panics
 /// If the engines differ.
@@ -93,14 +106,15 @@ pub fn agree(
     text: &str,
     limits: Limits,
     points: impl Iterator<Item = SurfacePoint>,
-) -> Option<(Evaluation, Vec<Told>)> {
+) -> Option<Agreed> {
     let (program, closure) = load(text, limits)?;
     let surfaces = [closure];
     let shaders = Shaders::new(&program, &surfaces, limits, Tiering::Eager);
     let evaluation = shaders.report()[0].evaluation.clone();
     let mut native = shaders.worker();
     let mut interpreted = InterpSurfaces::new(&program, &surfaces, limits);
-    let results = points.map(|at| {
+    let points: Vec<SurfacePoint> = points.collect();
+    let told_at = |&at: &SurfacePoint| {
         let expected = told(interpreted.eval(SurfaceId(0), &at));
         let found = told(native.eval(SurfaceId(0), &Place::new(at)));
         assert_eq!(found, expected, "at {at:?}:\n{text}");
@@ -110,6 +124,37 @@ pub fn agree(
         assert_eq!(also, expected, "at {at:?}:\n{text}");
         assert_eq!(found, (also, decisions), "at {at:?}:\n{text}");
         expected
-    });
-    Some((evaluation, results.collect()))
+    };
+    let results: Vec<Told> = points.iter().map(told_at).collect();
+    let in_batches = agree_in_batches(&mut native, &points, &results, text);
+    Some(Agreed { evaluation, results, in_batches })
+}
+
+/// Asks at many points at once, in batches of different sizes. There is the same answer, or none: where
+/// there is an error, where native code leaves too, or anywhere if the function is too much for batches.
+fn agree_in_batches(
+    native: &mut NativeSurfaces<'_>,
+    points: &[SurfacePoint],
+    results: &[Told],
+    text: &str,
+) -> usize {
+    let mut n_answers = 0;
+    let mut rest = points.iter().copied().zip(results).collect::<Vec<_>>();
+    let sizes = [1, 7, MAX_BATCH, 20, 8, 33].into_iter().cycle();
+    for size in sizes {
+        if rest.is_empty() {
+            break;
+        }
+        let batch: Vec<_> = rest.drain(..size.min(rest.len())).collect();
+        let points: Vec<SurfacePoint> = batch.iter().map(|(at, _)| *at).collect();
+        let mut samples = Vec::new();
+        native.eval_batch(SurfaceId(0), &points, &mut samples);
+        assert_eq!(samples.len(), batch.len());
+        for ((at, expected), sample) in batch.into_iter().zip(samples) {
+            let Some(sample) = sample else { continue };
+            assert_eq!(&told(Ok(sample)), expected, "in a batch, at {at:?}:\n{text}");
+            n_answers += 1;
+        }
+    }
+    n_answers
 }

@@ -253,6 +253,7 @@ fn words(part: Part) -> &'static str {
         Part::Blockers => "search for blockers",
         Part::Fading => "constant fading",
         Part::Obstacles => "planes behind lamps",
+        Part::Calls => "calls one by one",
     }
 }
 

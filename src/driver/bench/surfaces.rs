@@ -341,7 +341,7 @@ impl<'b> Bench<'b> {
         let (mut reason, mut code_bytes, mut uniforms) = (None, None, None);
         let evaluation = match &group.evaluation {
             Evaluation::Constant => "constant",
-            Evaluation::Native { n_bytes, n_uniforms } => {
+            Evaluation::Native { n_bytes, n_uniforms, .. } => {
                 (code_bytes, uniforms) = (Some(*n_bytes), Some(*n_uniforms));
                 "native"
             }
