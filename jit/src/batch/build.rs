@@ -9,7 +9,8 @@ use crate::sir::{Block, Body, Inst, N_ARGUMENTS, Shader, Term, Type, Val, Versio
 /// points (2), on the machine of `benches/history`. Other operators take about as long either way.
 const SAVED_BY_ANGLE: usize = 7;
 
-/// Nanoseconds that handing over a point and its answer takes, and as much again to be surely quicker.
+/// Nanoseconds that handing over a point and its answer is taken for, an estimate from the times of whole
+/// pictures, and as much again to be surely quicker.
 const GATHERING: usize = 21;
 
 /// Makes steps of a shader; none if it has loops or routines, or takes too many registers.

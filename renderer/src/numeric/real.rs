@@ -264,10 +264,12 @@ fn cancelled_squares(signs: [f64; 3], p: [f64; 3], k: f64) -> f64 {
     sum.to_f64()
 }
 
-/// Whether a power is found by squaring: by whole exponents that a highlight may have.
+/// Whether a power is found by squaring, which takes a fraction of the time of `pow`: by whole exponents
+/// that a highlight may have.
 ///
 /// That costs less than `exponent` roundings, no more than what one rounding of the base does to any
-/// power of it; `pow`, which costs one, takes ten times as long.
+/// power of it. At the largest of these exponents that is 1.1e-13 of a highlight, whose levels in a byte
+/// are 4e-3 apart.
 #[inline(always)]
 pub(crate) fn is_by_squaring(exponent: f64) -> bool {
     const MOST: f64 = 1024.0;
