@@ -3,7 +3,7 @@
 
 use serde_json::Value;
 
-use crate::chart::{assert_drawn_from_data, chart, charted, json, list, texts};
+use crate::chart::{assert_drawn_from_data, assert_refused, chart, charted, json, list, texts};
 use crate::gmlvm::{Sandbox, ball};
 
 #[allow(dead_code, reason = "it serves several test programs")]
@@ -212,11 +212,7 @@ fn exit_codes() {
     for (args, code, message) in table {
         let sandbox = sandbox();
         sandbox.file("bad.gml", "{").file("empty.gml", "1").file("text.json", "x");
-        let before = sandbox.files();
-        let ended = chart(&sandbox, args);
-        assert_eq!(ended.code, code, "{args:?}: {}", ended.stderr);
-        assert!(ended.stderr.contains(message), "{args:?}: {}", ended.stderr);
-        assert_eq!(sandbox.files(), before, "{args:?}");
+        assert_refused(&sandbox, args, code, message);
     }
 }
 

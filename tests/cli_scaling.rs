@@ -3,7 +3,9 @@
 
 use serde_json::Value;
 
-use crate::chart::{assert_drawn_from_data, chart, charted, json, list, number, texts};
+use crate::chart::{
+    assert_drawn_from_data, assert_refused, chart, charted, json, list, number, texts,
+};
 use crate::gmlvm::Sandbox;
 
 #[allow(dead_code, reason = "it serves several test programs")]
@@ -136,11 +138,7 @@ fn exit_codes() {
     for (args, code, message) in table {
         let sandbox = Sandbox::new();
         sandbox.file("ball.gml", gmlvm::ball("ball.ppm")).file("empty.json", "{\"series\": []}");
-        let before = sandbox.files();
-        let ended = chart(&sandbox, args);
-        assert_eq!(ended.code, code, "{args:?}: {}", ended.stderr);
-        assert!(ended.stderr.contains(message), "{args:?}: {}", ended.stderr);
-        assert_eq!(sandbox.files(), before, "{args:?}");
+        assert_refused(&sandbox, args, code, message);
     }
 }
 

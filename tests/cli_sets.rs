@@ -3,7 +3,9 @@
 
 use serde_json::Value;
 
-use crate::chart::{assert_drawn_from_data, chart, charted, json, list, number, texts};
+use crate::chart::{
+    assert_drawn_from_data, assert_refused, chart, charted, json, list, number, texts,
+};
 use crate::gmlvm::{Sandbox, ball};
 
 #[allow(dead_code, reason = "it serves several test programs")]
@@ -224,11 +226,7 @@ fn exit_codes() {
     for (args, message) in table {
         let sandbox = sandbox();
         sandbox.file("empty.json", "{\"panels\": []}");
-        let before = sandbox.files();
-        let ended = chart(&sandbox, args);
-        assert_eq!(ended.code, 2, "{args:?}: {}", ended.stderr);
-        assert!(ended.stderr.contains(message), "{args:?}: {}", ended.stderr);
-        assert_eq!(sandbox.files(), before, "{args:?}");
+        assert_refused(&sandbox, args, 2, message);
     }
 }
 

@@ -19,6 +19,16 @@ pub(crate) fn charted(sandbox: &Sandbox, args: &[&str]) -> String {
     ended.text().to_owned()
 }
 
+/// Asserts that it ends with an exit code and a message that holds these words, and leaves all files as
+/// they are.
+pub(crate) fn assert_refused(sandbox: &Sandbox, args: &[&str], code: i32, message: &str) {
+    let before = sandbox.files();
+    let ended = chart(sandbox, args);
+    assert_eq!(ended.code, code, "{args:?}: {}", ended.stderr);
+    assert!(ended.stderr.contains(message), "{args:?}: {}", ended.stderr);
+    assert_eq!(sandbox.files(), before, "{args:?}");
+}
+
 pub(crate) fn json(bytes: &[u8]) -> Value {
     serde_json::from_slice(bytes).expect("JSON")
 }
