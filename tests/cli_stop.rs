@@ -52,8 +52,15 @@ const WORK: [&[&str]; 6] = [
     &["image.gml", "--engine", "jit", "-j", "3"],
 ];
 
-fn start(mut command: Command) -> Child {
-    let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("runs");
+/// No process of a test needs longer; one that does is killed.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Starts it with the usual answers to signals, whatever whoever runs the tests wants ignored.
+fn start(command: Command) -> Child {
+    let mut usual = Command::new("env");
+    usual.arg("--default-signal=HUP,INT,TERM").arg(command.get_program()).args(command.get_args());
+    usual.current_dir(command.get_current_dir().expect("a sandbox")).stdin(Stdio::null());
+    let child = usual.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("runs");
     thread::sleep(Duration::from_millis(250));
     child
 }
@@ -66,7 +73,16 @@ fn signal(child: &Child, signal: Signal) {
 /// Waits for the end; returns the exit code and what was said.
 fn end(mut child: Child) -> (Option<i32>, String) {
     let mut said = String::new();
-    let status = child.wait().expect("ends");
+    let started = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("asks") {
+            break status;
+        }
+        if started.elapsed() > PATIENCE {
+            child.kill().expect("it runs");
+        }
+        thread::sleep(Duration::from_millis(1));
+    };
     child.stderr.take().expect("piped").read_to_string(&mut said).expect("text");
     (status.code(), said)
 }

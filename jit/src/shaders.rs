@@ -44,8 +44,8 @@ const WARM_FUEL: u64 = 20_000;
 
 /// Fuel that the interpreter burns while a shader is compiled (about 0.2 ms, and 3 µs for each
 /// instruction).
-pub(crate) const COMPILE_FUEL: u64 = 100_000;
-pub(crate) const COMPILE_FUEL_PER_INST: u64 = 1_500;
+const COMPILE_FUEL: u64 = 100_000;
+const COMPILE_FUEL_PER_INST: u64 = 1_500;
 
 /// A shader is compiled when the interpreter has spent so many times what compiling takes. An image
 /// that ends at this very moment, with a third of its time spent on surfaces, has lost a twelfth.
@@ -130,7 +130,6 @@ pub struct Shaders<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
     pub(crate) surfaces: &'p [Arc<Closure>],
     limits: Limits,
-    pub(crate) tiering: Tiering,
     pub(crate) slots: Vec<Slot>,
     /// Fuel that calls have used up by interpretation, by function, before specializing.
     spent: Vec<AtomicU64>,
@@ -230,7 +229,6 @@ impl<'p> Shaders<'p> {
             program,
             surfaces,
             limits,
-            tiering,
             slots: surfaces.iter().map(|_| Slot::default()).collect(),
             spent: program.bytecode.functions.iter().map(|_| AtomicU64::new(0)).collect(),
             cache: Mutex::default(),
@@ -304,7 +302,7 @@ impl<'p> Shaders<'p> {
 
     /// Decides how a surface is evaluated from now on. `sample` tells what it gives anywhere, if
     /// that is the same everywhere.
-    fn decide(&self, index: usize, sample: impl FnOnce() -> Option<SurfaceSample>) {
+    pub(crate) fn decide(&self, index: usize, sample: impl FnOnce() -> Option<SurfaceSample>) {
         let decision = || match self.variant(index) {
             Err(unsupported) => Err(unsupported.clone()),
             Ok(bound) if bound.variant.is_constant() => {
