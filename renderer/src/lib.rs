@@ -8,6 +8,7 @@
 
 mod bounds;
 pub mod camera;
+mod carving;
 pub mod certify;
 mod hierarchy;
 pub mod image;

@@ -21,6 +21,8 @@ pub enum Part {
     Turns,
     /// Two rows of three of a plane's matrix, where the third tells that a ray misses it.
     Planes,
+    /// Lists of crossings of intersections of shapes, and of what is taken away from them.
+    Lists,
     /// The search for what is in the way of light that adds nothing to a surface.
     Shadows,
     /// The search for what is in the way, where the last that was in the way still is.
@@ -35,11 +37,12 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Part; 9] = [
+    pub const ALL: [Part; 10] = [
         Part::Coordinates,
         Part::Eye,
         Part::Turns,
         Part::Planes,
+        Part::Lists,
         Part::Shadows,
         Part::Blockers,
         Part::Fading,
@@ -87,6 +90,8 @@ pub struct Use {
     pub single: usize,
     /// Shapes that are moved and scaled along the axes, but not turned.
     pub unturned: usize,
+    /// Trees of set operations that are intersections of shapes, or such of which others are taken away.
+    pub carvings: usize,
     /// Planes.
     pub planes: usize,
     /// Lights.
@@ -105,7 +110,10 @@ impl Use {
     pub fn of<R: Real>(scene: &Scene<R>, illumination: &Illumination) -> Self {
         let mut used = Use { shapes: scene.leaves.len(), ..Use::default() };
         for component in &scene.components {
-            used.single += usize::from(matches!(component, Component::Leaf(_)));
+            match component {
+                Component::Leaf(_) => used.single += 1,
+                Component::Tree { n_whole, .. } => used.carvings += usize::from(*n_whole > 0),
+            }
         }
         for leaf in &scene.leaves {
             used.unturned += usize::from(leaf.is_unturned);

@@ -13,6 +13,7 @@ use rayon::prelude::*;
 
 use crate::bounds::{self, Bounds};
 use crate::camera;
+use crate::carving;
 use crate::hierarchy::Hierarchy;
 use crate::intern::Faces;
 use crate::numeric::affine::Affine;
@@ -61,6 +62,8 @@ pub(crate) struct Leaf<R> {
     pub(crate) is_unturned: bool,
     /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
     pub(crate) at_eye: u8,
+    /// Whether it is taken away from the carving that its tree is.
+    pub(crate) is_taken_away: bool,
     /// Index of its first face in the scene's list.
     pub(crate) first_face: u32,
     pub(crate) world_from_object: Affine<R>,
@@ -77,10 +80,12 @@ pub(crate) struct Leaf<R> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Component {
     Leaf(u32),
-    /// A tree by its root node, and the index of its hierarchy.
+    /// A tree by its root node, and the index of its hierarchy; of how many shapes it is carved, none
+    /// unless it is a carving.
     Tree {
         root: u32,
         hierarchy: u32,
+        n_whole: u32,
     },
 }
 
@@ -161,11 +166,12 @@ impl<R: Real> Scene<R> {
             .fold(Conditioning::default(), |all, leaf| all.or(leaf.conditioning()));
         let mut trees = self.nodes.chunk_by(|_, next| next.parent != NONE);
         let mut hierarchies = Vec::new();
-        let mut bounds_of = |component: &Component| match *component {
-            Component::Leaf(leaf) => leaves[leaf as usize],
-            Component::Tree { root, .. } => {
+        let mut bounds_of = |component: &mut Component| match component {
+            Component::Leaf(leaf) => leaves[*leaf as usize],
+            Component::Tree { root, n_whole, .. } => {
                 let nodes = trees.next().expect("a root for each tree");
-                let relevant = bounds::relevant(nodes, root, |leaf| leaves[leaf as usize]);
+                *n_whole = mark_carving(nodes, *root, &mut self.leaves);
+                let relevant = bounds::relevant(nodes, *root, |leaf| leaves[leaf as usize]);
                 let boxes = nodes.iter().zip(&relevant).filter_map(|(node, bounds)| {
                     if let Kind::Leaf(leaf) = node.kind { Some((leaf, *bounds)) } else { None }
                 });
@@ -173,7 +179,7 @@ impl<R: Real> Scene<R> {
                 relevant[0]
             }
         };
-        let boxes = self.components.iter().map(&mut bounds_of);
+        let boxes = self.components.iter_mut().map(&mut bounds_of);
         self.hierarchy = Hierarchy::new((0..).zip(boxes));
         self.extent =
             hierarchies.iter().chain([&self.hierarchy]).map(Hierarchy::extent).fold(0.0, f64::max);
@@ -234,6 +240,18 @@ impl<R: Real> Leaf<R> {
         let stretch = rows.map(row_size).fold(0.0, f64::max);
         Conditioning { linear: stretch * self.linear_size, shift: stretch * self.shift_size }
     }
+}
+
+/// Marks the shapes that are taken away, if a tree is a carving; returns how many are not.
+fn mark_carving<R>(nodes: &[Node], root: u32, leaves: &mut [Leaf<R>]) -> u32 {
+    let mut n_whole = 0;
+    for (node, is_taken) in nodes.iter().zip(carving::taken_away(nodes, root).unwrap_or_default()) {
+        if let Kind::Leaf(leaf) = node.kind {
+            leaves[leaf as usize].is_taken_away = is_taken;
+            n_whole += u32::from(!is_taken);
+        }
+    }
+    n_whole
 }
 
 /// The sum of the sizes of a row's entries.
@@ -317,7 +335,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
         if let (Above::Union, Above::Node(root, _)) = (above, operands_of) {
             let hierarchy = self.n_trees;
             self.n_trees += 1;
-            self.scene.components.push(Component::Tree { root, hierarchy });
+            self.scene.components.push(Component::Tree { root, hierarchy, n_whole: 0 });
         }
         // Pushed last is visited first: the second operand waits.
         for (side, operand) in object.children().enumerate().collect::<Vec<_>>().into_iter().rev() {
@@ -369,6 +387,7 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             is_unturned: object_from_world.is_diagonal(),
             eye: object_from_world.point(camera::eye()),
             at_eye: shape::faces_at(kind, eye),
+            is_taken_away: false,
         });
         self.faces.add(kind, &placement);
     }

@@ -347,22 +347,27 @@ impl<R: Real> Scene<R> {
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         match self.components[index as usize] {
             Component::Leaf(leaf) => self.leaf_entry::<OUTSIDE>(leaf, reach, t_end),
-            Component::Tree { root, hierarchy } => {
-                self.tree_entry::<OUTSIDE>(root, hierarchy, *reach, t_end, workspace)
+            Component::Tree { root, hierarchy, n_whole } => {
+                self.tree_entry::<OUTSIDE>([root, hierarchy, n_whole], *reach, t_end, workspace)
             }
         }
     }
 
-    /// The same for a tree by its root node and the index of its hierarchy.
+    /// The same for a tree, by what is known of it as a component.
     #[inline(never)]
     fn tree_entry<const OUTSIDE: bool>(
         &self,
-        root: u32,
-        hierarchy: u32,
+        [root, hierarchy, n_whole]: [u32; 3],
         reach: Reach<R>,
         t_end: f64,
         workspace: &mut tree::Workspace<R>,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
+        if n_whole > 0
+            && self.omissions.holds(Part::Lists)
+            && let Some(entry) = self.carved_entry(hierarchy, n_whole, &reach, t_end, workspace)
+        {
+            return ControlFlow::Continue(entry);
+        }
         let mut first = None;
         let is_inside = self.sweep(root, hierarchy, &reach, t_end, workspace, |crossing| {
             let counts = crossing.is_entry() || !OUTSIDE;
@@ -395,7 +400,7 @@ impl<R: Real> Scene<R> {
                     crossings.extend(ends.map(|end| (index, end)));
                     self.is_inside(&span, &reach)
                 }),
-                Component::Tree { root, hierarchy } => {
+                Component::Tree { root, hierarchy, .. } => {
                     self.sweep(root, hierarchy, &reach, f64::INFINITY, tree, |crossing| {
                         crossings.push((index, crossing));
                         false

@@ -4,6 +4,7 @@
 //! spreads upward as far as it changes anything. All flips of a tie come before the root is looked
 //! at.
 
+use crate::carving::Taken;
 use crate::hierarchy::Pending;
 use crate::numeric::real::Real;
 use crate::object::SetOp;
@@ -14,8 +15,10 @@ use crate::trace::LeafSpan;
 /// Memory for sweeping, kept from ray to ray.
 #[derive(Debug)]
 pub(crate) struct Workspace<R> {
-    pending: Pending,
-    leaves: Vec<u32>,
+    pub(crate) pending: Pending,
+    pub(crate) leaves: Vec<u32>,
+    /// For carvings, what is taken away on the current ray.
+    pub(crate) taken: Vec<Taken<R>>,
     crossings: Vec<Crossing<R>>,
     states: Vec<State>,
     /// Number of the current tie; ties of all rays count on.
@@ -42,6 +45,7 @@ impl<R: Real> Workspace<R> {
         Workspace {
             pending: Pending::default(),
             leaves: Vec::new(),
+            taken: Vec::new(),
             crossings: Vec::new(),
             states: vec![State::default(); scene.nodes.len()],
             tie: 1,

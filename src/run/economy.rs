@@ -98,7 +98,8 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 /// What a scene uses of the model: the first half of what is explained, which takes no time.
 pub(crate) fn uses(traced: &Traced) -> Vec<String> {
-    let Use { shapes, single, unturned, planes, lights, directional, spots, fading } = traced.used;
+    let Use { shapes, single, unturned, carvings, planes, lights, directional, spots, fading } =
+        traced.used;
     let RayCounts { primary, reflected, shadow, blocked, surface_calls } = traced.rays;
     let is_constant = |evaluation: &Evaluation| matches!(evaluation, Evaluation::Constant);
     let n_constant =
@@ -106,11 +107,12 @@ pub(crate) fn uses(traced: &Traced) -> Vec<String> {
     let n = |n: usize| grouped(n as u64);
     vec![
         format!(
-            "  {} shapes, {} of them outside of intersections and differences, {} not turned, {} planes",
+            "  {} shapes, {} of them outside of intersections and differences, {} not turned, {} planes; {} carvings",
             n(shapes),
             n(single),
             n(unturned),
-            n(planes)
+            n(planes),
+            n(carvings)
         ),
         format!(
             "  {} lights, {} of them infinitely far away, {} in cones, {} fading with distance",
@@ -146,6 +148,7 @@ fn what(part: Part, traced: &Traced, rays: &RayCounts) -> Option<(&'static str, 
         Part::Eye => ("the eye in each shape's space", traced.rays.primary, "rays"),
         Part::Turns => ("leaving out zeros of matrices", used.unturned as u64, "shapes"),
         Part::Planes => ("asking one row of planes first", used.planes as u64, "planes"),
+        Part::Lists => ("leaving out lists of crossings", used.carvings as u64, "carvings"),
         Part::Shadows => {
             let n_omitted = rays.shadow.saturating_sub(traced.rays.shadow);
             ("leaving out shadows on black", n_omitted, "rays toward lights")

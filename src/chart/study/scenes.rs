@@ -249,6 +249,7 @@ fn words(part: Part) -> &'static str {
         Part::Eye => "moving the eye anew",
         Part::Turns => "zeros of matrices",
         Part::Planes => "rows of planes",
+        Part::Lists => "lists of crossings",
         Part::Shadows => "shadows on black",
         Part::Blockers => "search for blockers",
         Part::Fading => "constant fading",
