@@ -9,13 +9,13 @@
 use crate::numeric::real::Real;
 use crate::object::SetOp;
 use crate::ray::{Crossing, Reach};
-use crate::scene::{Kind, Node, Scene};
+use crate::scene::{Kind, Node, Scene, Tree};
 use crate::trace::LeafSpan;
 use crate::tree::Workspace;
 
-/// With more shapes met than this on a ray, a list in order is quicker: their comparisons with one
+/// Where a ray meets more that is taken away, a list in order is quicker: comparisons of all with one
 /// another grow with the square of the number.
-const MAX_SHAPES: usize = 8;
+const MAX_TAKEN: usize = 8;
 
 /// The span of a shape that is taken away, of which the exit lies ahead.
 #[derive(Clone, Copy, Debug)]
@@ -25,24 +25,23 @@ pub(crate) struct Taken<R> {
     exit: Crossing<R>,
 }
 
-/// For the nodes of one tree, in preorder, whether each is part of what is taken away, if the tree is a
-/// carving.
-pub(crate) fn taken_away(nodes: &[Node], root: u32) -> Option<Vec<bool>> {
-    let mut is_taken: Vec<bool> = Vec::with_capacity(nodes.len());
+/// The shapes that a tree is carved from, in order, by its nodes in preorder; none if it is no carving.
+pub(crate) fn whole(nodes: &[Node], root: u32) -> Vec<u32> {
+    let (mut whole, mut is_taken) = (Vec::new(), Vec::with_capacity(nodes.len()));
     for (index, node) in nodes.iter().enumerate() {
         let is_above_taken = index > 0 && is_taken[(node.parent - root) as usize];
         let is_this_taken = is_above_taken || node.weight < 0;
-        let fits = match node.kind {
-            Kind::Leaf(_) => true,
-            Kind::Combined(SetOp::Union) => is_this_taken,
-            Kind::Combined(SetOp::Intersect | SetOp::Difference) => !is_this_taken,
-        };
-        if !fits {
-            return None;
+        match node.kind {
+            Kind::Leaf(leaf) if !is_this_taken => whole.push(leaf),
+            Kind::Combined(SetOp::Union) if !is_this_taken => return Vec::new(),
+            Kind::Combined(SetOp::Intersect | SetOp::Difference) if is_this_taken => {
+                return Vec::new();
+            }
+            Kind::Leaf(_) | Kind::Combined(_) => {}
         }
         is_taken.push(is_this_taken);
     }
-    Some(is_taken)
+    whole
 }
 
 /// Whether a crossing lies behind another so far that they cannot tie, nor be taken for one another.
@@ -62,52 +61,65 @@ struct Whole<R> {
 }
 
 impl<R: Real> Scene<R> {
-    /// The first entry of a carving of so many shapes ahead of a ray that starts outside it, if there is
-    /// one that is not behind `t_end`. None if a list of crossings must tell.
+    /// The first entry of a carving ahead of a ray that starts outside it, if there is one that is not
+    /// behind `t_end`. None if a list of crossings must tell.
     #[inline(always)]
     pub(crate) fn carved_entry(
         &self,
-        hierarchy: u32,
-        n_whole: u32,
+        tree: &Tree,
         reach: &Reach<R>,
         t_end: f64,
         workspace: &mut Workspace<R>,
     ) -> Option<Option<Crossing<R>>> {
-        let Workspace { pending, leaves, taken, .. } = workspace;
-        leaves.clear();
-        taken.clear();
-        let infinite = R::from_f64(f64::INFINITY);
-        let mut whole = Whole { enter: None, exit: infinite, least_exit: f64::INFINITY };
-        let (mut n_met, mut t_end) = (0, t_end);
-        let mut candidates = self.trees[hierarchy as usize].candidates(&reach.line, pending);
-        while let Some(leaf) = candidates.next(t_end) {
-            if self.leaves[leaf as usize].is_taken_away {
-                leaves.push(leaf);
-                continue;
-            }
+        let mut whole =
+            Whole { enter: None, exit: R::from_f64(f64::INFINITY), least_exit: f64::INFINITY };
+        for &leaf in &tree.whole {
             let Some(span) = self.leaf_span(leaf, &reach.ray) else { return Some(None) };
             if !whole.narrow(&span, reach)? {
                 return Some(None);
             }
-            n_met += 1;
-            if n_met == n_whole {
-                t_end = t_end.min(reach.line.end_of_ties(whole.exit));
+        }
+        let end = t_end.min(reach.line.end_of_ties(whole.exit));
+        // Most rays enter the whole where nothing is taken away.
+        if let Some(enter) = whole.enter {
+            if enter.t.to_f64() - enter.t.radius() > t_end {
+                return Some(None);
+            }
+            let limit = end.min(reach.line.end_of_ties(enter.t));
+            self.take_away(tree, reach, limit, workspace)?;
+            let first = self.first_remaining(&whole, &workspace.taken, reach)?;
+            if first.is_none_or(|first| first.t.to_f64() <= limit) {
+                return Some(first);
             }
         }
-        if n_met < n_whole {
-            return Some(None);
-        }
-        if leaves.len() > MAX_SHAPES {
-            return None;
-        }
-        for &leaf in leaves.iter() {
+        self.take_away(tree, reach, end, workspace)?;
+        self.first_remaining(&whole, &workspace.taken, reach)
+    }
+
+    /// Finds what is taken away on a ray before `t_end`.
+    #[inline(always)]
+    fn take_away(
+        &self,
+        tree: &Tree,
+        reach: &Reach<R>,
+        t_end: f64,
+        workspace: &mut Workspace<R>,
+    ) -> Option<()> {
+        let Workspace { pending, taken, .. } = workspace;
+        taken.clear();
+        let mut candidates = tree.hierarchy.candidates(&reach.line, pending);
+        while let Some(leaf) = candidates.next(t_end) {
             let Some(LeafSpan { enter, exit }) = self.leaf_span(leaf, &reach.ray) else { continue };
-            if reach.is_plainly_ahead(exit.t)? {
-                let is_ahead = reach.is_plainly_ahead(enter.t)?;
-                taken.push(Taken { enter: is_ahead.then_some(enter.t), exit });
+            if !reach.is_plainly_ahead(exit.t)? {
+                continue;
             }
+            if taken.len() == MAX_TAKEN {
+                return None;
+            }
+            let is_ahead = reach.is_plainly_ahead(enter.t)?;
+            taken.push(Taken { enter: is_ahead.then_some(enter.t), exit });
         }
-        self.first_remaining(&whole, taken, reach)
+        Some(())
     }
 
     /// Where the first part of the whole begins that is not taken away.

@@ -112,7 +112,9 @@ impl Use {
         for component in &scene.components {
             match component {
                 Component::Leaf(_) => used.single += 1,
-                Component::Tree { n_whole, .. } => used.carvings += usize::from(*n_whole > 0),
+                Component::Tree { tree, .. } => {
+                    used.carvings += usize::from(!scene.trees[*tree as usize].whole.is_empty());
+                }
             }
         }
         for leaf in &scene.leaves {

@@ -36,8 +36,7 @@ pub struct Scene<R = f64> {
     pub(crate) components: Vec<Component>,
     /// Over the components, by index.
     pub(crate) hierarchy: Hierarchy,
-    /// Over the leaves of each tree.
-    pub(crate) trees: Vec<Hierarchy>,
+    pub(crate) trees: Vec<Tree>,
     /// Of all leaves.
     pub(crate) conditioning: Conditioning,
     /// The size of the largest coordinate of bounded components.
@@ -62,8 +61,6 @@ pub(crate) struct Leaf<R> {
     pub(crate) is_unturned: bool,
     /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
     pub(crate) at_eye: u8,
-    /// Whether it is taken away from the carving that its tree is.
-    pub(crate) is_taken_away: bool,
     /// Index of its first face in the scene's list.
     pub(crate) first_face: u32,
     pub(crate) world_from_object: Affine<R>,
@@ -80,13 +77,20 @@ pub(crate) struct Leaf<R> {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Component {
     Leaf(u32),
-    /// A tree by its root node, and the index of its hierarchy; of how many shapes it is carved, none
-    /// unless it is a carving.
+    /// A tree by its root node, and its index among the trees.
     Tree {
         root: u32,
-        hierarchy: u32,
-        n_whole: u32,
+        tree: u32,
     },
+}
+
+/// The shapes of a tree of set operations, for finding those that a ray may meet.
+#[derive(Debug)]
+pub(crate) struct Tree {
+    /// Of a carving, the shapes that it is carved from, which are few; of other trees none.
+    pub(crate) whole: Vec<u32>,
+    /// Of the others.
+    pub(crate) hierarchy: Hierarchy,
 }
 
 /// A node of a tree of set operations: true inside its solid. Operands are numbered in their order.
@@ -165,25 +169,21 @@ impl<R: Real> Scene<R> {
             .iter()
             .fold(Conditioning::default(), |all, leaf| all.or(leaf.conditioning()));
         let mut trees = self.nodes.chunk_by(|_, next| next.parent != NONE);
-        let mut hierarchies = Vec::new();
-        let mut bounds_of = |component: &mut Component| match component {
-            Component::Leaf(leaf) => leaves[*leaf as usize],
-            Component::Tree { root, n_whole, .. } => {
+        let mut found = Vec::new();
+        let mut bounds_of = |component: &Component| match *component {
+            Component::Leaf(leaf) => leaves[leaf as usize],
+            Component::Tree { root, .. } => {
                 let nodes = trees.next().expect("a root for each tree");
-                *n_whole = mark_carving(nodes, *root, &mut self.leaves);
-                let relevant = bounds::relevant(nodes, *root, |leaf| leaves[leaf as usize]);
-                let boxes = nodes.iter().zip(&relevant).filter_map(|(node, bounds)| {
-                    if let Kind::Leaf(leaf) = node.kind { Some((leaf, *bounds)) } else { None }
-                });
-                hierarchies.push(Hierarchy::new(boxes));
+                let relevant = bounds::relevant(nodes, root, |leaf| leaves[leaf as usize]);
+                found.push(Tree::new(nodes, root, &relevant));
                 relevant[0]
             }
         };
-        let boxes = self.components.iter_mut().map(&mut bounds_of);
+        let boxes = self.components.iter().map(&mut bounds_of);
         self.hierarchy = Hierarchy::new((0..).zip(boxes));
-        self.extent =
-            hierarchies.iter().chain([&self.hierarchy]).map(Hierarchy::extent).fold(0.0, f64::max);
-        self.trees = hierarchies;
+        let of_trees = found.iter().map(|tree| &tree.hierarchy);
+        self.extent = of_trees.chain([&self.hierarchy]).map(Hierarchy::extent).fold(0.0, f64::max);
+        self.trees = found;
     }
 
     /// The same scene, of which only these parts may be left out; at first, all may.
@@ -242,16 +242,17 @@ impl<R: Real> Leaf<R> {
     }
 }
 
-/// Marks the shapes that are taken away, if a tree is a carving; returns how many are not.
-fn mark_carving<R>(nodes: &[Node], root: u32, leaves: &mut [Leaf<R>]) -> u32 {
-    let mut n_whole = 0;
-    for (node, is_taken) in nodes.iter().zip(carving::taken_away(nodes, root).unwrap_or_default()) {
-        if let Kind::Leaf(leaf) = node.kind {
-            leaves[leaf as usize].is_taken_away = is_taken;
-            n_whole += u32::from(!is_taken);
-        }
+impl Tree {
+    /// Of nodes, in preorder, and where they matter.
+    fn new(nodes: &[Node], root: u32, relevant: &[Bounds]) -> Self {
+        let leaves = nodes.iter().zip(relevant).filter_map(|(node, bounds)| match node.kind {
+            Kind::Leaf(leaf) => Some((leaf, *bounds)),
+            Kind::Combined(_) => None,
+        });
+        let whole = carving::whole(nodes, root);
+        let others = leaves.filter(|(leaf, _)| whole.binary_search(leaf).is_err());
+        Tree { hierarchy: Hierarchy::new(others), whole }
     }
-    n_whole
 }
 
 /// The sum of the sizes of a row's entries.
@@ -333,9 +334,9 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             _ => Above::Node(self.node(Kind::Combined(op), above), true),
         };
         if let (Above::Union, Above::Node(root, _)) = (above, operands_of) {
-            let hierarchy = self.n_trees;
+            let tree = self.n_trees;
             self.n_trees += 1;
-            self.scene.components.push(Component::Tree { root, hierarchy, n_whole: 0 });
+            self.scene.components.push(Component::Tree { root, tree });
         }
         // Pushed last is visited first: the second operand waits.
         for (side, operand) in object.children().enumerate().collect::<Vec<_>>().into_iter().rev() {
@@ -387,7 +388,6 @@ impl<'o, S, R: Real> Flattening<'o, S, R> {
             is_unturned: object_from_world.is_diagonal(),
             eye: object_from_world.point(camera::eye()),
             at_eye: shape::faces_at(kind, eye),
-            is_taken_away: false,
         });
         self.faces.add(kind, &placement);
     }

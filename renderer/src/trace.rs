@@ -347,29 +347,31 @@ impl<R: Real> Scene<R> {
     ) -> ControlFlow<(), Option<Crossing<R>>> {
         match self.components[index as usize] {
             Component::Leaf(leaf) => self.leaf_entry::<OUTSIDE>(leaf, reach, t_end),
-            Component::Tree { root, hierarchy, n_whole } => {
-                self.tree_entry::<OUTSIDE>([root, hierarchy, n_whole], *reach, t_end, workspace)
+            Component::Tree { root, tree } => {
+                self.tree_entry::<OUTSIDE>(root, tree, *reach, t_end, workspace)
             }
         }
     }
 
-    /// The same for a tree, by what is known of it as a component.
+    /// The same for a tree, by its root node and its index.
     #[inline(never)]
     fn tree_entry<const OUTSIDE: bool>(
         &self,
-        [root, hierarchy, n_whole]: [u32; 3],
+        root: u32,
+        tree: u32,
         reach: Reach<R>,
         t_end: f64,
         workspace: &mut tree::Workspace<R>,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
-        if n_whole > 0
+        let tree = &self.trees[tree as usize];
+        if !tree.whole.is_empty()
             && self.omissions.holds(Part::Lists)
-            && let Some(entry) = self.carved_entry(hierarchy, n_whole, &reach, t_end, workspace)
+            && let Some(entry) = self.carved_entry(tree, &reach, t_end, workspace)
         {
             return ControlFlow::Continue(entry);
         }
         let mut first = None;
-        let is_inside = self.sweep(root, hierarchy, &reach, t_end, workspace, |crossing| {
+        let is_inside = self.sweep(root, tree, &reach, t_end, workspace, |crossing| {
             let counts = crossing.is_entry() || !OUTSIDE;
             if counts {
                 first = Some(crossing);
@@ -400,8 +402,9 @@ impl<R: Real> Scene<R> {
                     crossings.extend(ends.map(|end| (index, end)));
                     self.is_inside(&span, &reach)
                 }),
-                Component::Tree { root, hierarchy, .. } => {
-                    self.sweep(root, hierarchy, &reach, f64::INFINITY, tree, |crossing| {
+                Component::Tree { root, tree: index } => {
+                    let shapes = &self.trees[index as usize];
+                    self.sweep(root, shapes, &reach, f64::INFINITY, tree, |crossing| {
                         crossings.push((index, crossing));
                         false
                     })

@@ -9,14 +9,14 @@ use crate::hierarchy::Pending;
 use crate::numeric::real::Real;
 use crate::object::SetOp;
 use crate::ray::{Crossing, Reach};
-use crate::scene::{Kind, NONE, Node, Scene};
+use crate::scene::{Kind, NONE, Node, Scene, Tree};
 use crate::trace::LeafSpan;
 
 /// Memory for sweeping, kept from ray to ray.
 #[derive(Debug)]
 pub(crate) struct Workspace<R> {
     pub(crate) pending: Pending,
-    pub(crate) leaves: Vec<u32>,
+    leaves: Vec<u32>,
     /// For carvings, what is taken away on the current ray.
     pub(crate) taken: Vec<Taken<R>>,
     crossings: Vec<Crossing<R>>,
@@ -92,7 +92,7 @@ impl<R: Real> Scene<R> {
     pub(crate) fn sweep(
         &self,
         root: u32,
-        hierarchy: u32,
+        tree: &Tree,
         reach: &Reach<R>,
         t_end: f64,
         workspace: &mut Workspace<R>,
@@ -104,8 +104,8 @@ impl<R: Real> Scene<R> {
         let mut crossings = std::mem::take(&mut workspace.crossings);
         leaves.clear();
         crossings.clear();
-        let hierarchy = &self.trees[hierarchy as usize];
-        let mut candidates = hierarchy.candidates(&reach.line, &mut workspace.pending);
+        leaves.extend_from_slice(&tree.whole);
+        let mut candidates = tree.hierarchy.candidates(&reach.line, &mut workspace.pending);
         while let Some(leaf) = candidates.next(t_end) {
             leaves.push(leaf);
         }
