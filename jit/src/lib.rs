@@ -21,6 +21,7 @@ mod decode;
 pub mod listing;
 mod lower;
 mod outline;
+mod report;
 mod runtime;
 pub mod shaders;
 mod signed;

@@ -4,7 +4,6 @@
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
-use std::time::Duration;
 
 use compiler::source::Span;
 use renderer::signature::Signature;
@@ -22,6 +21,7 @@ use crate::batch::{self, Batch, Lanes};
 use crate::certify::BoundedCode;
 use crate::code::{Code, Native, isa};
 use crate::outline::{KeyItem, Outline, outline};
+pub use crate::report::{CompileTimes, Evaluation, Observer, Region, SurfaceReport};
 use crate::signed::{Signed, SignedVersion};
 use crate::sir::{Body, FACE, Shader, U, V, Version};
 use crate::specialize::specialize;
@@ -64,67 +64,6 @@ pub(crate) enum Tier {
     Interpreted(Unsupported),
 }
 
-/// How a surface function is evaluated, for reports.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Evaluation {
-    /// It ignores where it is asked.
-    Constant,
-    /// By machine code of so many bytes, with so many numbers that other surfaces may have
-    /// different.
-    Native {
-        /// Bytes of code.
-        n_bytes: usize,
-        /// Uniforms.
-        n_uniforms: u32,
-        /// Whether it is evaluated at many points at once where there are many.
-        in_batches: bool,
-    },
-    /// By the interpreter, since it cannot be compiled.
-    Declined(Unsupported),
-    /// By the interpreter, since it has not been called often.
-    Cold,
-}
-
-/// One surface function of a report.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SurfaceReport {
-    /// The function's source text.
-    pub span: Span,
-    /// How it is evaluated.
-    pub evaluation: Evaluation,
-}
-
-/// A piece of machine code that has been made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Region {
-    /// The source text of the surface function.
-    pub span: Span,
-    /// Where the code starts.
-    pub address: usize,
-    /// Its length in bytes.
-    pub n_bytes: usize,
-}
-
-/// Is told of each piece of machine code once it is made, by the thread that made it.
-pub type Observer<'o> = &'o (dyn Fn(Region) + Sync);
-
-/// Time spent on compiling so far, summed over threads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct CompileTimes {
-    /// From bytecode to SSA.
-    pub specialize: Duration,
-    /// From SSA to machine code.
-    pub generate: Duration,
-}
-
-impl CompileTimes {
-    /// Both.
-    #[must_use]
-    pub fn total(self) -> Duration {
-        self.specialize + self.generate
-    }
-}
-
 /// The shaders of one render job, shared by its threads.
 pub struct Shaders<'p> {
     pub(crate) program: &'p Arc<LoadedProgram>,
@@ -153,7 +92,7 @@ pub(crate) struct Slot {
 
 impl Slot {
     /// The surface's shader over many points, if there is one, and its native code answers at each.
-    fn batch(&self) -> Option<(&Batch, &Bound)> {
+    pub(crate) fn batch(&self) -> Option<(&Batch, &Bound)> {
         let Some(Tier::Native(..)) = self.tier.get() else { return None };
         let bound = self.variant.get()?.as_ref().ok()?;
         Some((bound.variant.batch.get()?.as_ref()?, bound))
@@ -259,32 +198,6 @@ impl<'p> Shaders<'p> {
         }
     }
 
-    /// How each surface is evaluated by now.
-    #[must_use]
-    pub fn report(&self) -> Vec<SurfaceReport> {
-        let of = |(closure, slot): (&Arc<Closure>, &Slot)| {
-            let span = self.program.bytecode.functions[closure.function as usize].span;
-            let evaluation = match slot.tier.get() {
-                None => Evaluation::Cold,
-                Some(Tier::Constant(_)) => Evaluation::Constant,
-                Some(Tier::Native(native, _)) => Evaluation::Native {
-                    n_bytes: native.code.n_bytes,
-                    n_uniforms: native.n_uniforms(),
-                    in_batches: slot.batch().is_some_and(|(batch, _)| batch.pays),
-                },
-                Some(Tier::Interpreted(unsupported)) => Evaluation::Declined(unsupported.clone()),
-            };
-            SurfaceReport { span, evaluation }
-        };
-        self.surfaces.iter().zip(&self.slots).map(of).collect()
-    }
-
-    /// Time spent on compiling by now.
-    #[must_use]
-    pub fn times(&self) -> CompileTimes {
-        CompileTimes { specialize: self.specializing.total(), generate: self.generating.total() }
-    }
-
     /// Counts a call by interpretation, and decides how to go on when the time has come. `sample` is
     /// what the call gave.
     pub(crate) fn warm_up(&self, index: usize, fuel: u64, sample: SurfaceSample) {
@@ -297,6 +210,21 @@ impl<'p> Shaders<'p> {
         };
         if is_due {
             self.decide(index, || Some(sample));
+        }
+    }
+
+    /// What a surface gives everywhere, by `sample` if it has yet to be decided that this is so.
+    fn constant(
+        &self,
+        index: usize,
+        sample: impl FnOnce() -> Option<SurfaceSample>,
+    ) -> Option<SurfaceSample> {
+        if self.variant(index).as_ref().is_ok_and(|bound| bound.variant.is_constant()) {
+            self.decide(index, sample);
+        }
+        match self.slots[index].tier.get() {
+            Some(Tier::Constant(sample)) => Some(*sample),
+            _ => None,
         }
     }
 
@@ -469,6 +397,12 @@ impl SurfaceEval for NativeSurfaces<'_> {
             Some(Tier::Interpreted(_)) => self.interpret(surface, at),
             None => Ok(self.eval_cold(index, surface, at)?),
         }
+    }
+
+    fn constant(&mut self, surface: SurfaceId) -> Option<SurfaceSample> {
+        let anywhere = SurfacePoint { face: 0, u: 0.0, v: 0.0 };
+        let NativeSurfaces { shaders, interpreter, .. } = self;
+        shaders.constant(surface.0 as usize, || interpreter.eval(surface, &anywhere).ok())
     }
 
     fn has_batches(&self) -> bool {

@@ -80,6 +80,11 @@ impl<'s, E: SurfaceEval> Worker<'s, E> {
             exact: Shader::new(&scene.exact, illumination, surfaces()),
         }
     }
+
+    /// As [`Shader::for_pixels`].
+    fn for_pixels<P: Pixel>(self) -> Self {
+        Worker { quick: self.quick.for_pixels::<P>(), exact: self.exact.for_pixels::<P>() }
+    }
 }
 
 /// An image, how each of its pixels is known, and the rays that it took.
@@ -97,7 +102,7 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Certified<P>, Failure<E::Error>> {
     let (quick_grid, exact_grid) = (view.grid(1), view.grid(1));
-    let make = || Worker::new(scene, illumination, &worker);
+    let make = || Worker::new(scene, illumination, &worker).for_pixels::<P>();
     let (found, workers) = pixels(view, 1, make, progress, |worker, column, row| {
         let Worker { quick, exact } = worker;
         let light = quick.radiance(&quick_grid, ImagePoint::centre(column, row));

@@ -40,6 +40,18 @@ pub enum Light {
     },
 }
 
+impl Light {
+    /// What its intensity does not exceed without attenuation, in size; infinite if there is no such
+    /// bound.
+    pub(crate) fn greatest(&self) -> DVec3 {
+        match *self {
+            Light::Directional { color, .. } | Light::Point { color, .. } => color,
+            Light::Spot { color, exponent, .. } if exponent >= 0.0 => color,
+            Light::Spot { .. } => DVec3::INFINITY,
+        }
+    }
+}
+
 /// How point and spot lights grow weaker with distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Attenuation {
@@ -64,6 +76,13 @@ impl Attenuation {
         let [a0, a1, a2] = coefficients.map(R::from_f64);
         let denominator = d.mul_add(d.mul_add(a2, a1), a0);
         if denominator > R::ZERO { R::from_f64(numerator) / denominator } else { R::ZERO }
+    }
+
+    /// What neither the factor nor 1 exceeds; infinite if there is no such bound.
+    pub(crate) fn greatest(self) -> f64 {
+        let (numerator, [a0, a1, a2]) = self.law();
+        let falls = a0 > 0.0 && a1 >= 0.0 && a2 >= 0.0;
+        if falls { f64::max(1.0, numerator / a0) } else { f64::INFINITY }
     }
 
     /// Whether the factor is the same at all finite distances.

@@ -31,13 +31,15 @@ pub enum Part {
     Fading,
     /// Planes in that search that the light comes from in front of.
     Obstacles,
+    /// The rest of a path that cannot change the pixel.
+    Rest,
     /// Calls of surface functions at one point after the other, where one at many points is quicker.
     Calls,
 }
 
 impl Part {
     /// All parts.
-    pub const ALL: [Part; 10] = [
+    pub const ALL: [Part; 11] = [
         Part::Coordinates,
         Part::Eye,
         Part::Turns,
@@ -47,6 +49,7 @@ impl Part {
         Part::Blockers,
         Part::Fading,
         Part::Obstacles,
+        Part::Rest,
         Part::Calls,
     ];
 }

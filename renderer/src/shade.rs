@@ -32,8 +32,10 @@ use crate::surface::{
 use crate::trace::Workspace;
 
 mod ahead;
+mod rest;
 
 pub(crate) use ahead::Ahead;
+use rest::Rest;
 
 /// Light, and how surfaces answer it.
 #[derive(Clone, Debug)]
@@ -101,6 +103,7 @@ pub(crate) struct Shader<'s, R, E> {
     workspace: Workspace<R>,
     /// The path so far.
     path: Vec<Bounce<R>>,
+    rest: Rest,
     /// What the colour that was found last hangs on and could not be decided for certain, if numbers
     /// keep account of that: the first of it.
     pub(crate) doubt: Option<Doubt>,
@@ -239,6 +242,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
             surfaces,
             workspace: Workspace::new(scene),
             path: Vec::new(),
+            rest: Rest::UNKNOWN,
             doubt: None,
             gives_up: false,
             signature: Signature::NONE,
@@ -329,7 +333,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     /// The light that arrives at the eye along the path so far from the end of this ray.
     #[inline(always)]
     fn go_on<const SIGNED: bool>(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
-        let (mut ray, mut light) = (ray, Vec3::ZERO);
+        let (mut ray, mut light, mut weight) = (ray, Vec3::ZERO, self.weight());
         while let Some(crossing) = self.scene.first_hit(&ray, &mut self.workspace) {
             self.notice(Doubt::Boundary);
             if self.has_given_up() {
@@ -340,7 +344,15 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
                 light = self.reflected(&bounce, light);
                 break;
             };
+            weight *= bounce.factor.max_norm().to_f64();
             self.path.push(bounce);
+            if !SIGNED
+                && Self::may_end(weight)
+                && let Some(light) = self.without_rest()
+            {
+                self.counts.reflected -= 1;
+                return Ok(light);
+            }
             ray = reflected;
         }
         self.notice(Doubt::Boundary);

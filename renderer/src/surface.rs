@@ -124,6 +124,12 @@ pub trait SurfaceEval {
     /// What the function does wrong; it ends the image.
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Self::Error>;
 
+    /// What a surface function answers everywhere, if it is known to.
+    fn constant(&mut self, surface: SurfaceId) -> Option<SurfaceSample> {
+        let _ = surface;
+        None
+    }
+
     /// Whether there are surfaces by now that have [`SurfaceEval::batch_needs`].
     fn has_batches(&self) -> bool {
         false

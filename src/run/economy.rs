@@ -162,6 +162,10 @@ fn what(part: Part, traced: &Traced, rays: &RayCounts) -> Option<(&'static str, 
         }
         Part::Obstacles if used.lights == 0 => return None,
         Part::Obstacles => ("planes behind lamps", used.planes as u64, "planes"),
+        Part::Rest => {
+            let n_omitted = rays.reflected.saturating_sub(traced.rays.reflected);
+            ("ending paths where the rest changes nothing", n_omitted, "reflected rays")
+        }
         Part::Calls => {
             let is_batched = |evaluation: &Evaluation| {
                 matches!(evaluation, Evaluation::Native { in_batches: true, .. })

@@ -254,6 +254,7 @@ fn words(part: Part) -> &'static str {
         Part::Blockers => "search for blockers",
         Part::Fading => "constant fading",
         Part::Obstacles => "planes behind lamps",
+        Part::Rest => "ends of paths",
         Part::Calls => "calls one by one",
     }
 }
