@@ -148,6 +148,72 @@ fn compare_folder(folder: &Path) {
     assert!(host.n_images > 0, "{}", folder.display());
 }
 
+/// Two mirrors that face one another, in which paths have no end.
+const HALL: &str = "\
+{ /v /u /face 0.9 0.95 0.9 point 0.2 0.7 9.0 } /mirror
+{ /v /u /face 0.9 0.4 0.2 point 0.6 0.5 9.0 } /matte
+mirror plane -90.0 rotatez -2.0 0.0 0.0 translate
+mirror plane 90.0 rotatez 2.0 0.0 0.0 translate union
+matte sphere 0.3 0.0 5.0 translate union
+mirror plane 0.0 -2.0 0.0 translate union /hall
+1.0 1.5 0.0 point 0.9 0.9 0.8 point pointlight /lamp
+";
+
+/// Holds the rays of an image with and without the rest of paths against one another.
+struct CountingRests {
+    n_reflected: Vec<[u64; 2]>,
+}
+
+impl Host for CountingRests {
+    fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
+        let (view, illumination) = (view(&job), job.illumination(Dialect::Auto));
+        let found = [Omissions::ALL, Omissions::ALL.without(Part::Rest)].map(|omissions| {
+            let (scene, surfaces): (Scene<f64>, _) = scene(&job.object);
+            let scene = scene.leaving_out(omissions);
+            let shaders = Shaders::new(job.program, &surfaces, LIMITS, Tiering::Hot);
+            let worker = || shaders.worker();
+            let found = renderer::render(&scene, &illumination, &view, worker, &|_| {});
+            found.unwrap_or_else(|_| panic!("{} is rendered", job.name))
+        });
+        let [(image, ending), (other, whole)]: [(Image<[u8; 3]>, RayCounts); 2] = found;
+        assert!(image == other, "{}", job.name);
+        self.n_reflected.push([ending.reflected, whole.reflected]);
+        Ok(())
+    }
+}
+
+/// In both dialects, whose bounds are different; and nothing ends where there is no bound, where a
+/// surface is not constant, or where few reflections are allowed.
+#[test]
+fn paths_end_where_the_rest_changes_nothing() {
+    let image = |lamp: &str, hall: &str, depth: u32, attn: &str| {
+        format!("0.1 0.1 0.1 point [ {lamp} ] {attn} {hall} {depth} 70.0 40 30 \"a.ppm\" render\n")
+    };
+    let chequered = "{ /v /u /face u floor 2 modi real 1.0 1.0 point 0.5 0.5 1.0 } cube hall union";
+    let glaring = "{ /v /u /face 1.0 1.0 1.0 point 0.5 2.0 1.0 } cube hall union";
+    let spot = "0.0 0.0 0.0 point 0.0 0.0 1.0 point 0.1 0.1 0.1 point 60.0 -3.0 spotlight";
+    let text = [
+        HALL,
+        &image("lamp", "hall", 200, ""),
+        &image("lamp", "hall", 200, "1.0 0.0 0.0 point"),
+        &image("lamp", chequered, 200, ""),
+        &image("lamp", glaring, 200, ""),
+        &image(spot, "hall", 200, ""),
+        &image("lamp", "hall", 15, ""),
+    ];
+    let mut host = CountingRests { n_reflected: Vec::new() };
+    run(Path::new("hall.gml"), &text.concat(), &mut host).expect("it renders");
+    let [icfp, chicago, others @ ..] = &host.n_reflected[..] else { panic!("six images") };
+    for [ending, whole] in [icfp, chicago] {
+        assert!(ending * 5 < *whole, "{ending} of {whole}");
+    }
+    assert_eq!(others.len(), 4);
+    assert!(others.iter().all(|[ending, whole]| ending == whole), "{others:?}");
+    let mut host = Comparing::default();
+    run(Path::new("hall.gml"), &text[..3].concat(), &mut host).expect("it renders");
+    assert_eq!(host.n_images, 2);
+}
+
 #[test]
 fn our_scenes_are_the_same() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
