@@ -1,0 +1,344 @@
+//! From the description to the scene.
+
+use std::collections::{HashMap, HashSet};
+use std::rc::Rc;
+
+use rayon::prelude::*;
+
+use crate::bounds::{self, Bounds};
+use crate::hierarchy::{Hierarchy, Item};
+use crate::intern::Faces;
+use crate::numeric::affine::Affine;
+use crate::numeric::real::Real;
+use crate::numeric::vec3::Vec3;
+use crate::object::{NodeKind, Object, SetOp, ShapeKind};
+use crate::placement::{Placement, Turns};
+use crate::plan::Omissions;
+use crate::ray::Conditioning;
+use crate::scene::building::Built;
+use crate::scene::{Component, Detail, Kind, Leaf, NONE, Node, Scene};
+use crate::shape;
+use crate::surface::SurfaceId;
+
+/// Leaves are made from so many placements at a time, which stay in a core's own cache.
+const BATCH: usize = 512;
+
+/// Leaves that are worth a thread's while: of what takes some hundred nanoseconds each.
+const MIN_LEAVES: usize = 64;
+
+impl<R: Real> Scene<R> {
+    /// Bytes that a scene takes for each shape while it is built, rounded up.
+    pub const BYTES_PER_SHAPE: u64 = (size_of::<Leaf<R>>() + 2 * size_of::<Node>() + 1024) as u64;
+
+    /// Flattens a description. `intern` gives each surface function its number.
+    ///
+    /// The time and memory it takes grow with [`Object::n_shapes`], which can be exponential in the
+    /// size of the program: callers must have checked it.
+    pub fn new<S>(object: &Object<S>, mut intern: impl FnMut(&S) -> SurfaceId) -> Self {
+        let Flattened { mut scene, faces, items, tree_bounds } =
+            Flattening::new(object).flattened(&mut intern);
+        scene.intern(faces, object);
+        scene.index(items, &tree_bounds);
+        scene
+    }
+
+    #[inline]
+    fn add_leaf(&mut self, built: Built<R>, first_face: u32) {
+        let Built { leaf, world_from_object: Affine { rows: [x, y, z], shift }, .. } = built;
+        self.details[self.leaves.len()].map = self.maps.len() as u32;
+        if leaf.is_diagonal {
+            self.maps.extend([Vec3::new(x.x, y.y, z.z), shift]);
+        } else {
+            self.maps.extend([x, y, z, shift]);
+        }
+        self.conditioning = self.conditioning.or(built.conditioning);
+        self.leaves.push(Leaf { first_face, ..leaf });
+    }
+
+    /// Numbers the surfaces of faces.
+    fn intern<S>(&mut self, mut faces: Faces, object: &Object<S>) {
+        let leaf_of = |face: u32| self.leaves.partition_point(|leaf| leaf.first_face <= face) - 1;
+        let form_of = |face: u32| {
+            let leaf = leaf_of(face);
+            let Leaf { kind, first_face, .. } = self.leaves[leaf];
+            (leaf as u32, &shape::forms(kind)[(face - first_face) as usize])
+        };
+        let open: HashSet<u32> = faces.open().map(|face| leaf_of(face) as u32).collect();
+        let placements = if open.is_empty() { HashMap::new() } else { placements(object, &open) };
+        (self.face_surfaces, self.n_shared) = faces.surfaces(|face| {
+            let (leaf, form) = form_of(face);
+            (*form, &*placements[&leaf])
+        });
+    }
+
+    /// Builds the hierarchies, of boxes around the leaves that are components, and around those of trees.
+    fn index(&mut self, mut items: Vec<Item>, mut tree_bounds: &[Bounds]) {
+        let mut trees = Vec::new();
+        let mut chunks = self.nodes.chunk_by(|_, next| next.parent != NONE);
+        for (number, component) in (0..).zip(&self.components) {
+            let Component::Tree { root, .. } = *component else { continue };
+            let nodes = chunks.next().expect("nodes of each tree");
+            let n_leaves = nodes.iter().filter(|node| matches!(node.kind, Kind::Leaf(_))).count();
+            let (bounds, others) = tree_bounds.split_at(n_leaves);
+            tree_bounds = others;
+            trees.push((number, root, nodes, bounds));
+        }
+        let built = trees.into_par_iter().map(|(component, root, nodes, bounds)| {
+            let (hierarchy, bounds) = tree_hierarchy(nodes, root, bounds);
+            (hierarchy, Item::new(component, &bounds))
+        });
+        let of_trees: Vec<Item>;
+        (self.trees, of_trees) = built.unzip();
+        items.extend(of_trees);
+        self.hierarchy = Hierarchy::new(items);
+        self.extent =
+            self.trees.iter().chain([&self.hierarchy]).map(Hierarchy::extent).fold(0.0, f64::max);
+    }
+}
+
+/// The hierarchy of a tree with these nodes, of which the root has this number, whose leaves have these
+/// bounds, and a box around it.
+fn tree_hierarchy(nodes: &[Node], root: u32, leaves: &[Bounds]) -> (Hierarchy, Bounds) {
+    let mut leaves = leaves.iter();
+    let relevant = bounds::relevant(nodes, root, |_| *leaves.next().expect("bounds of each leaf"));
+    let items = nodes.iter().zip(&relevant).filter_map(|(node, bounds)| match node.kind {
+        Kind::Leaf(leaf) => Some(Item::new(leaf, bounds)),
+        Kind::Combined(_) => None,
+    });
+    (Hierarchy::new(items.collect()), relevant[0])
+}
+
+/// What a part of the description is an operand of.
+#[derive(Clone, Copy)]
+enum Above {
+    /// The union that the scene is.
+    Union,
+    /// A node; whether as its first operand.
+    Node(u32, bool),
+}
+
+/// A part of the description to be visited.
+struct Task<'o, S> {
+    object: &'o Object<S>,
+    placement: Rc<Placement>,
+    above: Above,
+}
+
+/// The placements of these shapes. They are large, and few are needed once shapes are placed.
+fn placements<S>(object: &Object<S>, shapes: &HashSet<u32>) -> HashMap<u32, Rc<Placement>> {
+    let (mut turns, mut found, mut n_shapes) = (Turns::default(), HashMap::new(), 0);
+    let mut tasks = vec![(object, Rc::new(Placement::identity()))];
+    while let Some((object, placement)) = tasks.pop() {
+        let placement = match object.kind() {
+            NodeKind::Transformed(op) => Rc::new(placement.of_transformed(*op, &mut turns)),
+            NodeKind::Combined(_) => placement,
+            NodeKind::Shape(..) => {
+                if shapes.contains(&n_shapes) {
+                    found.insert(n_shapes, placement);
+                }
+                n_shapes += 1;
+                continue;
+            }
+        };
+        // Pushed last is visited first.
+        tasks.extend(object.children().rev().map(|operand| (operand, placement.clone())));
+    }
+    found
+}
+
+/// A shape, where it is to stand, and the number of the component that it is, or [`NONE`].
+struct Placed {
+    kind: ShapeKind,
+    placement: Placement,
+    component: u32,
+}
+
+/// A scene whose surfaces are not numbered and whose hierarchies are not built, and what for that.
+struct Flattened<R> {
+    scene: Scene<R>,
+    faces: Faces,
+    /// Boxes around the leaves that are components, with the components' numbers.
+    items: Vec<Item>,
+    /// Those of the leaves of trees, in order.
+    tree_bounds: Vec<Bounds>,
+}
+
+struct Flattening<'o, S, R> {
+    scene: Scene<R>,
+    faces: Faces,
+    turns: Turns,
+    n_trees: u32,
+    /// What is left to do, the next last.
+    tasks: Vec<Task<'o, S>>,
+    /// Whether leaves are made by one thread.
+    is_alone: bool,
+    /// Shapes that are yet to become leaves, the next of the scene.
+    placed: Vec<Placed>,
+    /// Memory for making leaves.
+    built: Vec<Built<R>>,
+    items: Vec<Item>,
+    tree_bounds: Vec<Bounds>,
+}
+
+impl<'o, S, R: Real> Flattening<'o, S, R> {
+    fn new(object: &'o Object<S>) -> Self {
+        // Room at once for what large scenes need at least, or at most: what a growing list leaves behind
+        // would be lost between the others. Memory that is not used is not taken.
+        let n_leaves = usize::try_from(object.n_shapes()).unwrap_or(usize::MAX);
+        let mut tasks = Vec::with_capacity(n_leaves);
+        let placement = Rc::new(Placement::identity());
+        tasks.push(Task { object, placement, above: Above::Union });
+        Flattening {
+            scene: Scene {
+                leaves: Vec::with_capacity(n_leaves),
+                details: Vec::with_capacity(n_leaves),
+                maps: Vec::with_capacity(2 * n_leaves),
+                nodes: Vec::new(),
+                components: Vec::with_capacity(n_leaves),
+                hierarchy: Hierarchy::default(),
+                trees: Vec::new(),
+                conditioning: Conditioning::default(),
+                extent: 0.0,
+                face_surfaces: Vec::new(),
+                n_shared: 0,
+                omissions: Omissions::ALL,
+            },
+            faces: Faces::with_room_for(n_leaves),
+            turns: Turns::default(),
+            n_trees: 0,
+            tasks,
+            is_alone: rayon::current_num_threads() == 1,
+            placed: Vec::new(),
+            built: Vec::new(),
+            items: Vec::with_capacity(n_leaves),
+            tree_bounds: Vec::new(),
+        }
+    }
+
+    fn flattened(mut self, intern: &mut impl FnMut(&S) -> SurfaceId) -> Flattened<R> {
+        while let Some(task) = self.tasks.pop() {
+            self.perform(task, intern);
+        }
+        self.make_leaves();
+        let Flattening { mut scene, faces, items, tree_bounds, .. } = self;
+        scene.maps.shrink_to_fit();
+        scene.nodes.shrink_to_fit();
+        scene.components.shrink_to_fit();
+        Flattened { scene, faces, items, tree_bounds }
+    }
+
+    fn perform(&mut self, task: Task<'o, S>, intern: &mut impl FnMut(&S) -> SurfaceId) {
+        let Task { mut object, placement: outer, above } = task;
+        let mut inner: Option<Placement> = None;
+        while let NodeKind::Transformed(op) = object.kind() {
+            let placement = inner.as_ref().unwrap_or(&outer);
+            inner = Some(placement.of_transformed(*op, &mut self.turns));
+            object = object.children().next().expect("a transform has an operand");
+        }
+        match object.kind() {
+            NodeKind::Shape(kind, surface) => {
+                let placement = inner.unwrap_or_else(|| Placement::clone(&outer));
+                self.shape(*kind, intern(surface), placement, above);
+            }
+            NodeKind::Combined(op) => {
+                self.combined(object, *op, &inner.map_or(outer, Rc::new), above);
+            }
+            NodeKind::Transformed(_) => {}
+        }
+    }
+
+    fn combined(
+        &mut self,
+        object: &'o Object<S>,
+        op: SetOp,
+        placement: &Rc<Placement>,
+        above: Above,
+    ) {
+        let operands_of = match above {
+            Above::Union if op == SetOp::Union => Above::Union,
+            Above::Node(node, is_first) if self.is_part_of(op, node, is_first) => above,
+            _ => Above::Node(self.node(Kind::Combined(op), above), true),
+        };
+        if let (Above::Union, Above::Node(root, _)) = (above, operands_of) {
+            let hierarchy = self.n_trees;
+            self.n_trees += 1;
+            self.scene.components.push(Component::Tree { root, hierarchy });
+        }
+        // Pushed last is visited first: the second operand waits.
+        for (operand, is_left) in object.children().rev().zip([false, true]) {
+            let above = match operands_of {
+                Above::Node(node, is_first) => Above::Node(node, is_first && is_left),
+                Above::Union => Above::Union,
+            };
+            self.tasks.push(Task { object: operand, placement: placement.clone(), above });
+        }
+    }
+
+    /// Whether the operands of an operation may be operands of the node above it.
+    fn is_part_of(&self, op: SetOp, node: u32, is_first: bool) -> bool {
+        let is_same = self.scene.nodes[node as usize].kind == Kind::Combined(op);
+        is_same && (is_first || op != SetOp::Difference)
+    }
+
+    /// Adds a shape to those that become leaves.
+    fn shape(&mut self, kind: ShapeKind, surface: SurfaceId, placement: Placement, above: Above) {
+        let index = self.scene.details.len() as u32;
+        let (component, node) = match above {
+            Above::Union => {
+                self.scene.components.push(Component::Leaf(index));
+                (self.scene.components.len() as u32 - 1, NONE)
+            }
+            Above::Node(..) => (NONE, self.node(Kind::Leaf(index), above)),
+        };
+        self.scene.details.push(Detail { surface, node, map: 0 });
+        if self.is_alone {
+            return self.add(component, Built::new(kind, &placement));
+        }
+        self.placed.push(Placed { kind, placement, component });
+        if self.placed.len() == BATCH {
+            self.make_leaves();
+        }
+    }
+
+    /// Makes leaves of shapes.
+    fn make_leaves(&mut self) {
+        let placed = self.placed.par_iter().with_min_len(MIN_LEAVES);
+        let made = placed.map(|placed| Built::new(placed.kind, &placed.placement));
+        made.collect_into_vec(&mut self.built);
+        let (mut placed, mut built) =
+            (std::mem::take(&mut self.placed), std::mem::take(&mut self.built));
+        for (Placed { component, .. }, built) in placed.drain(..).zip(built.drain(..)) {
+            self.add(component, built);
+        }
+        (self.placed, self.built) = (placed, built);
+    }
+
+    /// Adds a leaf, and the number of the component that it is.
+    #[inline]
+    fn add(&mut self, component: u32, built: Built<R>) {
+        match component {
+            NONE => self.tree_bounds.push(built.bounds),
+            _ => self.items.push(Item::new(component, &built.bounds)),
+        }
+        let first_face = self.faces.add(built.keys());
+        self.scene.add_leaf(built, first_face);
+    }
+
+    /// Makes a node below another.
+    fn node(&mut self, kind: Kind, above: Above) -> u32 {
+        let (parent, weight) = match above {
+            Above::Union => (NONE, 0),
+            Above::Node(parent, is_first) => {
+                let above = &mut self.scene.nodes[parent as usize];
+                let is_taken_away = above.kind == Kind::Combined(SetOp::Difference) && !is_first;
+                if above.kind == Kind::Combined(SetOp::Intersect) {
+                    above.threshold += 1;
+                }
+                (parent, if is_taken_away { -1 } else { 1 })
+            }
+        };
+        let threshold = if kind == Kind::Combined(SetOp::Intersect) { 0 } else { 1 };
+        self.scene.nodes.push(Node { parent, weight, threshold, kind });
+        self.scene.nodes.len() as u32 - 1
+    }
+}
