@@ -68,10 +68,16 @@ pub(super) fn build(mut items: Vec<Item>) -> Hierarchy {
     let centres = centre_bounds(&items);
     let size = |corner: &[f32; 4]| corner[..3].iter().fold(0.0, |size: f32, x| size.max(x.abs()));
     hierarchy.extent = size(&bounds.lo).max(size(&bounds.hi)).into();
-    // Nodes that are full hold two items and a node or two; most are not.
-    hierarchy.nodes.reserve(items.len() / 2);
+    let is_large = items.len() > PARALLEL;
+    if is_large {
+        // Two items or more make a node, and four nodes or items another, so that there are two nodes
+        // for three items at most. Memory that is not used is not taken, but moving it would be.
+        hierarchy.nodes.reserve(2 * items.len() / 3 + 1);
+    }
     subtree(Set { items: &mut items, bounds, centres, depth: 0 }, &mut hierarchy.nodes);
-    hierarchy.nodes.shrink_to_fit();
+    if !is_large {
+        hierarchy.nodes.shrink_to_fit();
+    }
     hierarchy
 }
 
