@@ -42,19 +42,37 @@ impl Placement {
 
     /// The placement of what is inside an object that is transformed by `op` and then placed here.
     pub(crate) fn of_transformed(&self, op: TransformOp, turns: &mut Turns) -> Self {
-        let (outer, inner) = (&self.world_from_object, &self.object_from_world);
-        let (world_from_object, object_from_world) = match op {
-            TransformOp::Translate(by) => (outer.after_translation(by), inner.translated(-by)),
+        let mut inside = self.clone();
+        inside.transform(op, turns);
+        inside
+    }
+
+    /// Becomes that placement.
+    pub(crate) fn transform(&mut self, op: TransformOp, turns: &mut Turns) {
+        let Placement { world_from_object: outer, object_from_world: inner } = self;
+        match op {
+            TransformOp::Translate(by) => {
+                outer.after_translation(by);
+                inner.translate(-by);
+            }
             TransformOp::Scale(by) => {
                 let factors = [by.x, by.y, by.z].map(Dd::from);
-                let inverses = factors.map(|s| Dd::ONE / s);
-                (outer.after_scaling(factors, 0.0), inner.scaled(inverses, DD_ERROR))
+                outer.after_scaling(factors, 0.0);
+                inner.scale(factors.map(|s| Dd::ONE / s), DD_ERROR);
             }
-            TransformOp::RotateX(angle) => rotated(outer, inner, turns.sin_cos(angle), [1, 2]),
-            TransformOp::RotateY(angle) => rotated(outer, inner, turns.sin_cos(angle), [2, 0]),
-            TransformOp::RotateZ(angle) => rotated(outer, inner, turns.sin_cos(angle), [0, 1]),
-        };
-        Placement { world_from_object, object_from_world }
+            TransformOp::RotateX(angle) => self.rotate(turns.sin_cos(angle), [1, 2]),
+            TransformOp::RotateY(angle) => self.rotate(turns.sin_cos(angle), [2, 0]),
+            TransformOp::RotateZ(angle) => self.rotate(turns.sin_cos(angle), [0, 1]),
+        }
+    }
+
+    /// The same for a turn by an angle from the first axis toward the second.
+    fn rotate(&mut self, (sin, cos): (Dd, Dd), axes: [usize; 2]) {
+        let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
+        let error = if is_exact { 0.0 } else { DD_ERROR };
+        let turn = |sin: Dd| Turn { axes, matrix: [[cos, -sin], [sin, cos]], error };
+        self.world_from_object.after_turn(&turn(sin));
+        self.object_from_world.turn(&turn(-sin));
     }
 }
 
@@ -68,20 +86,6 @@ impl Turns {
     }
 }
 
-/// The placement of what is inside an object that is turned by an angle from the first axis toward the
-/// second.
-fn rotated(
-    outer: &Bounded,
-    inner: &Bounded,
-    (sin, cos): (Dd, Dd),
-    axes: [usize; 2],
-) -> (Bounded, Bounded) {
-    let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
-    let error = if is_exact { 0.0 } else { DD_ERROR };
-    let turn = |sin: Dd| Turn { axes, matrix: [[cos, -sin], [sin, cos]], error };
-    (outer.after_turn(&turn(sin)), inner.turned(&turn(-sin)))
-}
-
 /// A rotation, but for the axis that it is around.
 struct Turn {
     axes: [usize; 2],
@@ -93,6 +97,18 @@ struct Turn {
 impl Turn {
     fn at(&self, row: usize, column: usize) -> Entry {
         Entry { value: self.matrix[row][column], error: self.error }
+    }
+
+    /// The sum of products, of what there is of each side, in the order of the axes.
+    #[inline(always)]
+    fn sum(&self, factors: impl Fn(usize) -> (Entry, Entry)) -> Sum {
+        let first = usize::from(self.axes[0] > self.axes[1]);
+        let mut sum = Sum::default();
+        for side in [first, 1 - first] {
+            let (a, b) = factors(side);
+            sum.add_product(a, b);
+        }
+        sum
     }
 
     /// Bound of the 2-norm of what the matrix may be off by.
@@ -115,116 +131,106 @@ impl Bounded {
         map
     }
 
-    /// The map with the bounds that it has when its matrix is multiplied by one of this norm and with
-    /// this error. Its entries stay, as those do that are multiplied by 0 and 1 alone.
-    fn times(&self, norm: f64, norm_error: f64) -> Bounded {
+    /// Has the bounds that its matrix has when it is multiplied by one of this norm and with this error.
+    /// Its entries stay, as those do that are multiplied by 0 and 1 alone.
+    fn multiply_norm(&mut self, norm: f64, norm_error: f64) {
         let product = self.norm * norm;
         // An entry sums three products: 11 roundings of 2^-106 times at most the product of the
         // norms, and three entries a row make that a bound of the matrix, still below DD_ERROR.
-        let error = self.norm_error * norm + self.norm * norm_error + DD_ERROR * product;
-        Bounded { norm: product, norm_error: error, ..*self }
+        self.norm_error = self.norm_error * norm + self.norm * norm_error + DD_ERROR * product;
+        self.norm = product;
     }
 
     /// Sets an entry of the matrix.
+    #[inline(always)]
     fn set(&mut self, row: usize, column: usize, sum: &Sum) {
         self.entries[row][column] = sum.value;
         self.errors[row][column] = sum.bound().min(self.norm_error);
     }
 
     /// Sets an entry of the shift.
+    #[inline(always)]
     fn set_shift(&mut self, row: usize, sum: &Sum) {
         self.entries[row][3] = sum.value;
         self.errors[row][3] = sum.bound();
     }
 
-    /// The map that moves by a vector, then does this.
-    fn after_translation(&self, by: DVec3) -> Bounded {
-        let mut map = self.times(1.0, 0.0);
+    /// Becomes the map that moves by a vector first.
+    fn after_translation(&mut self, by: DVec3) {
+        self.multiply_norm(1.0, 0.0);
         for row in 0..3 {
             let mut sum = Sum::default();
             for (column, by) in by.to_array().into_iter().enumerate() {
                 sum.add_product(self.at(row, column), Entry::exactly(by));
             }
             sum.add(self.at(row, 3));
-            map.set_shift(row, &sum);
+            self.set_shift(row, &sum);
         }
-        map
     }
 
-    /// The map that does this, then moves by a vector.
-    fn translated(&self, by: DVec3) -> Bounded {
-        let mut map = self.times(1.0, 0.0);
+    /// Becomes the map that moves by a vector afterwards.
+    fn translate(&mut self, by: DVec3) {
+        self.multiply_norm(1.0, 0.0);
         for (row, by) in by.to_array().into_iter().enumerate() {
-            map.set_shift(row, &Sum::of(self.at(row, 3)).and(Entry::exactly(by)));
+            self.set_shift(row, &Sum::of(self.at(row, 3)).and(Entry::exactly(by)));
         }
-        map
     }
 
-    /// The map that multiplies coordinates by factors with these relative errors, then does this.
-    fn after_scaling(&self, factors: [Dd; 3], relative_error: f64) -> Bounded {
+    /// Becomes the map that multiplies coordinates by factors with these relative errors first.
+    fn after_scaling(&mut self, factors: [Dd; 3], relative_error: f64) {
         let norm = largest(factors);
-        let mut map = self.times(norm, relative_error * norm);
+        self.multiply_norm(norm, relative_error * norm);
         for row in 0..3 {
             for (column, factor) in factors.into_iter().enumerate() {
                 let factor = Entry::off_by(factor, relative_error);
-                map.set(row, column, &Sum::of_product(self.at(row, column), factor));
+                self.set(row, column, &Sum::of_product(self.at(row, column), factor));
             }
         }
-        map
     }
 
-    /// The map that does this, then multiplies coordinates by factors with these relative errors.
-    fn scaled(&self, factors: [Dd; 3], relative_error: f64) -> Bounded {
+    /// Becomes the map that multiplies coordinates by factors with these relative errors afterwards.
+    fn scale(&mut self, factors: [Dd; 3], relative_error: f64) {
         let norm = largest(factors);
-        let mut map = self.times(norm, relative_error * norm);
+        self.multiply_norm(norm, relative_error * norm);
         for (row, factor) in factors.into_iter().enumerate() {
             let factor = Entry::off_by(factor, relative_error);
             for column in 0..3 {
-                map.set(row, column, &Sum::of_product(factor, self.at(row, column)));
+                self.set(row, column, &Sum::of_product(factor, self.at(row, column)));
             }
             let shift = Sum::of_product(factor, self.at(row, 3)).and(Entry::exactly(0.0));
-            map.set_shift(row, &shift);
+            self.set_shift(row, &shift);
         }
-        map
     }
 
-    /// The map that turns, then does this.
-    fn after_turn(&self, turn: &Turn) -> Bounded {
-        let mut map = self.times(1.0, turn.norm_error());
-        // Products are summed up in the order of the axes.
-        let sides = if turn.axes[0] < turn.axes[1] { [0, 1] } else { [1, 0] };
+    /// Becomes the map that turns first.
+    fn after_turn(&mut self, turn: &Turn) {
+        self.multiply_norm(1.0, turn.norm_error());
         for row in 0..3 {
-            for column in 0..2 {
-                let mut sum = Sum::default();
-                for side in sides {
-                    sum.add_product(self.at(row, turn.axes[side]), turn.at(side, column));
-                }
-                map.set(row, turn.axes[column], &sum);
+            let sums = [0, 1].map(|column| {
+                turn.sum(|side| (self.at(row, turn.axes[side]), turn.at(side, column)))
+            });
+            for (column, sum) in turn.axes.into_iter().zip(&sums) {
+                self.set(row, column, sum);
             }
         }
-        map
     }
 
-    /// The map that does this, then turns.
-    fn turned(&self, turn: &Turn) -> Bounded {
-        let mut map = self.times(1.0, turn.norm_error());
-        let sides = if turn.axes[0] < turn.axes[1] { [0, 1] } else { [1, 0] };
-        for row in 0..2 {
-            for column in 0..4 {
-                let mut sum = Sum::default();
-                for side in sides {
-                    sum.add_product(turn.at(row, side), self.at(turn.axes[side], column));
-                }
+    /// Becomes the map that turns afterwards.
+    fn turn(&mut self, turn: &Turn) {
+        self.multiply_norm(1.0, turn.norm_error());
+        for column in 0..4 {
+            let sums = [0, 1]
+                .map(|row| turn.sum(|side| (turn.at(row, side), self.at(turn.axes[side], column))));
+            for (row, sum) in turn.axes.into_iter().zip(sums) {
                 if column < 3 {
-                    map.set(turn.axes[row], column, &sum);
+                    self.set(row, column, &sum);
                 } else {
-                    map.set_shift(turn.axes[row], &sum.and(Entry::exactly(0.0)));
+                    self.set_shift(row, &sum.and(Entry::exactly(0.0)));
                 }
             }
         }
         let around = 3 - turn.axes[0] - turn.axes[1];
-        map.set_shift(around, &Sum::of(self.at(around, 3)).and(Entry::exactly(0.0)));
-        map
+        self.set_shift(around, &Sum::of(self.at(around, 3)).and(Entry::exactly(0.0)));
     }
 
     fn at(&self, row: usize, column: usize) -> Entry {
@@ -354,7 +360,8 @@ mod tests {
 
     /// The map that does `first`, then `then`, by all products of their entries.
     fn after(then: &Bounded, first: &Bounded) -> Bounded {
-        let mut map = then.times(first.norm, first.norm_error);
+        let mut map = then.clone();
+        map.multiply_norm(first.norm, first.norm_error);
         for row in 0..3 {
             for column in 0..4 {
                 let mut sum = Sum::default();

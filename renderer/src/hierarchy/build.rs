@@ -15,9 +15,15 @@ const MAX_BINS: usize = 16;
 /// Bins that are enough for sets of 19 items or fewer, of which there are the most.
 const FEW_BINS: usize = 8;
 
-/// The parts of sets larger than this are built by several threads: that takes about a millisecond, and
-/// handing a part over a few microseconds.
+/// Sets larger than this are built by several threads: that takes about a millisecond, and handing a part
+/// over a few microseconds.
 const PARALLEL: usize = 4096;
+
+/// Such sets are divided into so many branches or a few more.
+const PARTS: usize = 64;
+
+/// Of which each thread builds so many at a time, at best.
+const BRANCHES: usize = 4;
 
 /// So many items are sorted into bins by one thread.
 const CHUNK: usize = 1 << 16;
@@ -70,15 +76,19 @@ pub(super) fn build(mut items: Vec<Item>) -> Hierarchy {
     hierarchy.extent = size(&bounds.lo).max(size(&bounds.hi)).into();
     let is_large = items.len() > PARALLEL;
     if is_large {
-        // Two items or more make a node, and four nodes or items another, so that there are two nodes
-        // for three items at most. Memory that is not used is not taken, but moving it would be.
-        hierarchy.nodes.reserve(2 * items.len() / 3 + 1);
+        // Memory that is not used is not taken; what nodes are moved from is.
+        hierarchy.nodes.reserve(most_nodes(items.len()));
     }
-    subtree(Set { items: &mut items, bounds, centres, depth: 0 }, &mut hierarchy.nodes);
+    grow(Set { items: &mut items, bounds, centres, depth: 0 }, &mut hierarchy.nodes);
     if !is_large {
         hierarchy.nodes.shrink_to_fit();
     }
     hierarchy
+}
+
+/// Nodes that so many items have at most: two or more make a node, and four nodes or items another.
+fn most_nodes(n_items: usize) -> usize {
+    2 * n_items / 3 + 1
 }
 
 /// Items, the boxes around them and around twice their centres, and how often they were split off.
@@ -104,11 +114,53 @@ impl Set<'_> {
     }
 }
 
-/// Builds the subtree of some items, of which it changes the order. Adds its nodes to others, first
-/// that which holds all.
-fn subtree(set: Set<'_>, nodes: &mut Vec<Node>) {
-    let n_items = set.items.len();
-    if n_items <= WIDTH {
+/// Items below a node whose own nodes are to come.
+struct Branch<'i> {
+    parent: usize,
+    side: usize,
+    set: Set<'i>,
+}
+
+/// Adds the nodes of all items: those that hold many, and the branches below, some at a time in
+/// parallel, so that few nodes are anywhere else meanwhile.
+fn grow(set: Set<'_>, nodes: &mut Vec<Node>) {
+    let is_large = set.items.len() > PARALLEL;
+    let most_in_branch = is_large.then(|| PARALLEL.max(set.items.len() / PARTS));
+    let mut branches = Vec::new();
+    subtree(set, most_in_branch, nodes, &mut branches);
+    let n_threads = rayon::current_num_threads();
+    if n_threads == 1 {
+        for Branch { parent, side, set } in branches {
+            nodes[parent].children[side] = Child::Node(nodes.len() as u32);
+            subtree(set, None, nodes, &mut Vec::new());
+        }
+        return;
+    }
+    let mut branches = branches.into_iter().peekable();
+    while branches.peek().is_some() {
+        let some: Vec<Branch<'_>> = branches.by_ref().take(BRANCHES * n_threads).collect();
+        let built = some.into_par_iter().map(|Branch { parent, side, set }| {
+            let mut nodes = Vec::with_capacity(most_nodes(set.items.len()));
+            subtree(set, None, &mut nodes, &mut Vec::new());
+            (parent, side, nodes)
+        });
+        for (parent, side, below) in built.collect::<Vec<_>>() {
+            let offset = nodes.len() as u32;
+            nodes[parent].children[side] = Child::Node(offset);
+            nodes.extend(below.into_iter().map(|node| node.moved(offset)));
+        }
+    }
+}
+
+/// Adds the nodes of some items, whose order it changes, first that which holds all; but what holds so
+/// many items at most is added to the branches.
+fn subtree<'i>(
+    set: Set<'i>,
+    most_in_branch: Option<usize>,
+    nodes: &mut Vec<Node>,
+    branches: &mut Vec<Branch<'i>>,
+) {
+    if set.items.len() <= WIDTH {
         let sides = set.items.iter().map(|item| (item.bounds, Child::Item(item.number)));
         nodes.push(Node::of(sides));
         return;
@@ -124,29 +176,15 @@ fn subtree(set: Set<'_>, nodes: &mut Vec<Node>) {
         [sets[largest], sets[n_sets]] = split(std::mem::take(&mut sets[largest]));
         n_sets += 1;
     }
-    let number = nodes.len();
+    let parent = nodes.len();
     nodes.push(Node::of(sets[..n_sets].iter().map(Set::side)));
-    let sets = sets.into_iter().enumerate().filter(|(_, set)| set.items.len() > 1);
-    if n_items <= PARALLEL || rayon::current_num_threads() == 1 {
-        for (side, set) in sets {
-            nodes[number].children[side] = Child::Node(nodes.len() as u32);
-            subtree(set, nodes);
+    for (side, set) in sets.into_iter().enumerate().filter(|(_, set)| set.items.len() > 1) {
+        if most_in_branch.is_some_and(|most| set.items.len() <= most) {
+            branches.push(Branch { parent, side, set });
+        } else {
+            nodes[parent].children[side] = Child::Node(nodes.len() as u32);
+            subtree(set, most_in_branch, nodes, branches);
         }
-        return;
-    }
-    let built: Vec<(usize, Vec<Node>)> = sets
-        .collect::<Vec<_>>()
-        .into_par_iter()
-        .map(|(side, set)| {
-            let mut nodes = Vec::new();
-            subtree(set, &mut nodes);
-            (side, nodes)
-        })
-        .collect();
-    for (side, below) in built {
-        let offset = nodes.len() as u32;
-        nodes[number].children[side] = Child::Node(offset);
-        nodes.extend(below.into_iter().map(|node| node.moved(offset)));
     }
 }
 
@@ -242,13 +280,10 @@ impl Binning {
     }
 
     #[inline(always)]
-    fn bins(&self, item: &Item) -> [i32; 4] {
-        let centre = item.centre();
-        let last = self.n_bins as i32 - 1;
-        std::array::from_fn(|axis| {
-            let bin = ((centre[axis] - self.start[axis]) * self.scale[axis]) as i32;
-            bin.min(last)
-        })
+    fn bin(&self, item: &Item, axis: usize) -> i32 {
+        let centre = item.bounds.lo[axis] + item.bounds.hi[axis];
+        let bin = ((centre - self.start[axis]) * self.scale[axis]) as i32;
+        bin.min(self.n_bins as i32 - 1)
     }
 }
 
@@ -259,7 +294,7 @@ fn partition(items: &mut [Item], split: &Split) -> (usize, [Box32; 2]) {
     let mut centres = [Box32::NOTHING; 2];
     for idx in 0..items.len() {
         let item = items[idx];
-        let is_right = split.binning.bins(&item)[split.axis] >= split.end_bin;
+        let is_right = split.binning.bin(&item, split.axis) >= split.end_bin;
         let side = &mut centres[usize::from(is_right)];
         *side = side.or(&Box32::at(item.centre()));
         items[idx] = items[middle];
@@ -303,9 +338,8 @@ fn sorted<const N: usize>(items: &[Item], binning: &Binning) -> Bins<N> {
     }
     let mut bins = [[NO_ITEMS; N]; 3];
     for item in items {
-        let places = binning.bins(item);
         for (axis, bins) in bins.iter_mut().enumerate() {
-            let (bounds, n_items) = &mut bins[places[axis] as usize & (N - 1)];
+            let (bounds, n_items) = &mut bins[binning.bin(item, axis) as usize & (N - 1)];
             *bounds = bounds.or(&item.bounds);
             *n_items += 1;
         }
@@ -392,12 +426,9 @@ impl Box32 {
 
     #[inline(always)]
     fn or(&self, other: &Box32) -> Box32 {
-        // No end is NaN, for which `f32::min` would have to look.
-        let less = |a: f32, b: f32| if a < b { a } else { b };
-        let more = |a: f32, b: f32| if a > b { a } else { b };
         Box32 {
-            lo: std::array::from_fn(|axis| less(self.lo[axis], other.lo[axis])),
-            hi: std::array::from_fn(|axis| more(self.hi[axis], other.hi[axis])),
+            lo: std::array::from_fn(|axis| self.lo[axis].min(other.lo[axis])),
+            hi: std::array::from_fn(|axis| self.hi[axis].max(other.hi[axis])),
         }
     }
 
