@@ -170,8 +170,8 @@ impl UpperHalf {
 }
 
 impl<S> Object<S> {
-    /// Bytes that one node of a description takes.
-    pub const NODE_BYTES: usize = size_of::<Node<S>>() + 2 * size_of::<usize>();
+    /// Bytes that one node of a description takes, with two counts and a word of the allocator's.
+    pub const NODE_BYTES: usize = size_of::<Node<S>>() + 3 * size_of::<usize>();
 
     fn node(
         kind: NodeKind<S>,
