@@ -90,21 +90,22 @@ impl Faces {
     }
 
     /// The surface of every face, and how many of the surfaces have several faces: those have the
-    /// lowest numbers. `placed` tells of open faces what they are and where.
+    /// lowest numbers. Where none has, nothing is listed, and each face may be its surface's number.
+    /// `placed` tells of open faces what they are and where.
     pub(crate) fn surfaces<'p>(
         self,
         placed: impl Fn(u32) -> (Form, &'p Placement),
     ) -> (Vec<u32>, u32) {
         const ALONE: u32 = u32::MAX;
-        let mut surfaces = vec![ALONE; self.0.len()];
-        let mut n_surfaces = 0;
-        for run in self.runs().filter(|run| run.len() > 1) {
-            for class in equal(run, &placed).into_iter().filter(|class| class.len() > 1) {
-                for face in class {
-                    surfaces[face as usize] = n_surfaces;
-                }
-                n_surfaces += 1;
+        let runs = self.runs().filter(|run| run.len() > 1);
+        let classes = runs.flat_map(|run| equal(run, &placed)).filter(|class| class.len() > 1);
+        let (mut surfaces, mut n_surfaces) = (Vec::new(), 0);
+        for class in classes {
+            surfaces.resize(self.0.len(), ALONE);
+            for face in class {
+                surfaces[face as usize] = n_surfaces;
             }
+            n_surfaces += 1;
         }
         let n_shared = n_surfaces;
         for surface in surfaces.iter_mut().filter(|surface| **surface == ALONE) {

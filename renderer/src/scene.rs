@@ -38,7 +38,8 @@ pub struct Scene<R = f64> {
     /// The size of the largest coordinate of bounded components.
     pub(crate) extent: f64,
     /// The world-space surface of each face, faces of one leaf in a row. Equal surfaces have equal
-    /// numbers, and those that several faces share have the lowest.
+    /// numbers, and those that several faces share have the lowest. Empty where none is shared: then
+    /// each face's number is that of its surface.
     pub(crate) face_surfaces: Vec<u32>,
     pub(crate) n_shared: u32,
     /// What may be left out.
@@ -146,7 +147,8 @@ impl<R: Real> Scene<R> {
 
     /// The world-space surface that a face of a leaf is part of.
     pub(crate) fn face_surface(&self, leaf: &Leaf<R>, face: u8) -> u32 {
-        self.face_surfaces[leaf.first_face as usize + face as usize]
+        let number = leaf.first_face + u32::from(face);
+        self.face_surfaces.get(number as usize).copied().unwrap_or(number)
     }
 }
 

@@ -49,6 +49,7 @@ impl<R: Real> Scene<R> {
         scene
     }
 
+    /// Adds the leaf of the next detail, whose first face has this number.
     #[inline]
     fn add_leaf(&mut self, built: Built<R>, first_face: u32) {
         let Built { leaf, world_from_object: Affine { rows: [x, y, z], shift }, .. } = built;
@@ -65,16 +66,13 @@ impl<R: Real> Scene<R> {
     /// Numbers the surfaces of faces.
     fn intern<S>(&mut self, mut faces: Faces, object: &Object<S>) {
         let leaf_of = |face: u32| self.leaves.partition_point(|leaf| leaf.first_face <= face) - 1;
-        let form_of = |face: u32| {
-            let leaf = leaf_of(face);
-            let Leaf { kind, first_face, .. } = self.leaves[leaf];
-            (leaf as u32, &shape::forms(kind)[(face - first_face) as usize])
-        };
         let open: HashSet<u32> = faces.open().map(|face| leaf_of(face) as u32).collect();
         let placements = if open.is_empty() { HashMap::new() } else { placements(object, &open) };
         (self.face_surfaces, self.n_shared) = faces.surfaces(|face| {
-            let (leaf, form) = form_of(face);
-            (*form, &*placements[&leaf])
+            let index = leaf_of(face);
+            let Leaf { kind, first_face, .. } = self.leaves[index];
+            let form = shape::forms(kind)[(face - first_face) as usize];
+            (form, &*placements[&(index as u32)])
         });
     }
 
