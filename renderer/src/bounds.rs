@@ -111,7 +111,7 @@ fn of_half_space(object_from_world: &DAffine3) -> Bounds {
 pub(crate) fn relevant(
     nodes: &[Node],
     first: u32,
-    bounds_of: impl Fn(u32) -> Bounds,
+    mut bounds_of: impl FnMut(u32) -> Bounds,
 ) -> Vec<Bounds> {
     let parent = |index: usize| {
         (nodes[index].parent != NONE).then(|| (nodes[index].parent - first) as usize)

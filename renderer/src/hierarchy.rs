@@ -5,10 +5,11 @@
 //! one node here, whose four boxes are tested at once (Dammertz, Hanika and Keller, "Shallow Bounding
 //! Volume Hierarchies", 2008). Boxes are stored in single precision, rounded outward.
 
-use crate::bounds::Bounds;
 use crate::ray::{Boxes, Line};
 
 mod build;
+
+pub(crate) use build::Item;
 
 /// Children of a node.
 const WIDTH: usize = 4;
@@ -55,8 +56,8 @@ impl Default for Pending {
 
 impl Hierarchy {
     /// A hierarchy of numbered boxes. Empty ones are left out.
-    pub(crate) fn new(boxes: impl Iterator<Item = (u32, Bounds)>) -> Self {
-        build::build(boxes)
+    pub(crate) fn new(items: Vec<Item>) -> Self {
+        build::build(items)
     }
 
     /// The size of the largest coordinate of its boxes.

@@ -6,14 +6,13 @@
 //! double-double, and equal ones get one number. A plane counts as the square of its equation,
 //! which has no sign that could differ.
 
-use std::collections::{HashMap, HashSet};
-use std::rc::Rc;
+use rayon::prelude::*;
 
 use crate::numeric::dd::{DD_ERROR, Dd};
 use crate::numeric::real::Real;
 use crate::object::ShapeKind;
 use crate::placement::Placement;
-use crate::shape::{Form, forms};
+use crate::shape::{Form, MAX_FACES, forms};
 
 /// The upper triangle of the symmetric 4×4 matrix of a quadric, scaled so that its quadratic part
 /// has Frobenius norm 1, and how far each entry may be off.
@@ -31,96 +30,104 @@ const DOUBLE_ERROR: f64 = 16.0 * f64::UNIT_ROUNDOFF;
 const PLACES: [(usize, usize); 10] =
     [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2), (0, 3), (1, 3), (2, 3), (3, 3)];
 
-/// A face and the number by which faces are sorted: a sum of its surface's entries, with weights
-/// that no geometry is likely to be in tune with.
-#[derive(Clone, Copy)]
-struct Key {
+/// The number by which faces are sorted: a sum of a surface's entries, with weights that no geometry is
+/// likely to be in tune with; and how far off it may be.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct FaceKey {
     sum: f64,
-    error: f64,
-    /// The number of the face among all of the scene.
-    face: u32,
-    shape: u32,
-    form: &'static Form,
+    error: f32,
+}
+
+/// A face by its number among all of the scene.
+#[derive(Clone, Copy)]
+struct Face {
+    sum: f64,
+    error: f32,
+    number: u32,
 }
 
 const WEIGHTS: [f64; 10] = [0.731, 0.417, 0.933, 0.269, 0.577, 0.871, 0.113, 0.349, 0.653, 0.197];
 
-/// The faces of a scene, of which doubles tell most apart.
-#[derive(Default)]
-pub(crate) struct Faces {
-    keys: Vec<Key>,
-    n_shapes: u32,
+/// The keys of a shape's faces.
+pub(crate) fn face_keys(kind: ShapeKind, placement: &Placement) -> [FaceKey; MAX_FACES] {
+    let mut keys = [FaceKey::default(); MAX_FACES];
+    for (key, form) in keys.iter_mut().zip(forms(kind)) {
+        let (sum, error) = Quadric::<f64>::new(*form, placement, DOUBLE_ERROR).sum();
+        let single = error as f32;
+        let error = if f64::from(single) < error { single.next_up() } else { single };
+        *key = FaceKey { sum, error };
+    }
+    keys
 }
 
+/// The faces of a scene, of which doubles tell most apart.
+#[derive(Default)]
+pub(crate) struct Faces(Vec<Face>);
+
 impl Faces {
-    /// Adds the faces of the next shape.
-    pub(crate) fn add(&mut self, kind: ShapeKind, placement: &Placement) {
-        for form in forms(kind) {
-            let (sum, error) = Quadric::<f64>::new(*form, placement, DOUBLE_ERROR).sum();
-            let face = self.keys.len() as u32;
-            self.keys.push(Key { sum, error, face, shape: self.n_shapes, form });
-        }
-        self.n_shapes += 1;
+    /// None yet.
+    pub(crate) fn with_room_for(n_faces: usize) -> Self {
+        Faces(Vec::with_capacity(n_faces))
     }
 
-    /// The shapes with faces that doubles do not tell apart from all others.
-    pub(crate) fn open(&mut self) -> HashSet<u32> {
-        self.keys.sort_unstable_by(|a, b| a.sum.total_cmp(&b.sum).then(a.face.cmp(&b.face)));
-        self.runs().filter(|run| run.len() > 1).flatten().map(|key| key.shape).collect()
+    /// Adds the faces of the next shape. Returns the number of its first.
+    pub(crate) fn add(&mut self, keys: &[FaceKey]) -> u32 {
+        let first = self.0.len() as u32;
+        let faces = (first..).zip(keys);
+        self.0.extend(faces.map(|(number, &FaceKey { sum, error })| Face { sum, error, number }));
+        first
+    }
+
+    /// The faces that doubles do not tell apart from all others.
+    pub(crate) fn open(&mut self) -> impl Iterator<Item = u32> {
+        self.0.par_sort_unstable_by(|a, b| a.sum.total_cmp(&b.sum).then(a.number.cmp(&b.number)));
+        self.runs().filter(|run| run.len() > 1).flatten().map(|face| face.number)
     }
 
     /// Faces by their keys, as far as they may be equal.
-    fn runs(&self) -> impl Iterator<Item = &[Key]> {
-        self.keys.chunk_by(|a, b| b.sum - a.sum <= a.error + b.error)
+    fn runs(&self) -> impl Iterator<Item = &[Face]> {
+        self.0.chunk_by(|a, b| b.sum - a.sum <= f64::from(a.error) + f64::from(b.error))
     }
 
     /// The surface of every face, and how many of the surfaces have several faces: those have the
-    /// lowest numbers. `placements` are those of open shapes.
-    pub(crate) fn surfaces(&self, placements: &HashMap<u32, Rc<Placement>>) -> (Vec<u32>, u32) {
-        let mut classes: Vec<Vec<u32>> = Vec::new();
-        let mut singles = Vec::new();
-        for run in self.runs() {
-            if let [only] = run {
-                singles.push(only.face);
-            } else {
-                split(run, placements, &mut classes, &mut singles);
+    /// lowest numbers. Where none has, nothing is listed, and each face may be its surface's number.
+    /// `placed` tells of open faces what they are and where.
+    pub(crate) fn surfaces<'p>(
+        self,
+        placed: impl Fn(u32) -> (Form, &'p Placement),
+    ) -> (Vec<u32>, u32) {
+        const ALONE: u32 = u32::MAX;
+        let runs = self.runs().filter(|run| run.len() > 1);
+        let classes = runs.flat_map(|run| equal(run, &placed)).filter(|class| class.len() > 1);
+        let (mut surfaces, mut n_surfaces) = (Vec::new(), 0);
+        for class in classes {
+            surfaces.resize(self.0.len(), ALONE);
+            for face in class {
+                surfaces[face as usize] = n_surfaces;
             }
+            n_surfaces += 1;
         }
-        let mut surfaces = vec![0; self.keys.len()];
-        for (number, class) in classes.iter().enumerate() {
-            for &face in class {
-                surfaces[face as usize] = number as u32;
-            }
+        let n_shared = n_surfaces;
+        for surface in surfaces.iter_mut().filter(|surface| **surface == ALONE) {
+            *surface = n_surfaces;
+            n_surfaces += 1;
         }
-        for (idx, &face) in singles.iter().enumerate() {
-            surfaces[face as usize] = (classes.len() + idx) as u32;
-        }
-        (surfaces, classes.len() as u32)
+        (surfaces, n_shared)
     }
 }
 
 /// Splits faces with nearly the same key into those whose surfaces are equal.
-fn split(
-    run: &[Key],
-    placements: &HashMap<u32, Rc<Placement>>,
-    classes: &mut Vec<Vec<u32>>,
-    singles: &mut Vec<u32>,
-) {
+fn equal<'p>(run: &[Face], placed: impl Fn(u32) -> (Form, &'p Placement)) -> Vec<Vec<u32>> {
     let mut found: Vec<(Quadric<Dd>, Vec<u32>)> = Vec::new();
-    for key in run {
-        let candidate = Quadric::<Dd>::new(*key.form, &placements[&key.shape], DD_ERROR);
+    for &Face { number, .. } in run {
+        let (form, placement) = placed(number);
+        let candidate = Quadric::<Dd>::new(form, placement, DD_ERROR);
         match found.iter_mut().find(|(first, _)| first.is_same(&candidate)) {
-            Some((_, members)) => members.push(key.face),
-            None => found.push((candidate, vec![key.face])),
+            Some((_, members)) => members.push(number),
+            None => found.push((candidate, vec![number])),
         }
     }
-    for (_, members) in found {
-        if let [only] = members[..] {
-            singles.push(only);
-        } else {
-            classes.push(members);
-        }
-    }
+    found.into_iter().map(|(_, members)| members).collect()
 }
 
 impl<R: Real> Quadric<R> {
@@ -205,17 +212,19 @@ mod tests {
 
     /// The surfaces of all faces of shapes with these transforms.
     fn surfaces(shapes: &[(ShapeKind, &[TransformOp])]) -> (Vec<u32>, u32) {
-        let mut faces = Faces::default();
-        let mut placements = HashMap::new();
-        for (number, (kind, ops)) in (0..).zip(shapes) {
+        let (mut faces, mut placed) = (Faces::default(), Vec::new());
+        for (kind, ops) in shapes {
             let inward = |outer: Placement, &op| outer.of_transformed(op, &mut Turns::default());
             let placement = ops.iter().rev().fold(Placement::identity(), inward);
-            faces.add(*kind, &placement);
-            placements.insert(number, Rc::new(placement));
+            faces.add(&face_keys(*kind, &placement)[..forms(*kind).len()]);
+            placed.extend(forms(*kind).iter().map(|form| (*form, placement.clone())));
         }
-        let open = faces.open();
-        placements.retain(|number, _| open.contains(number));
-        faces.surfaces(&placements)
+        let open: Vec<u32> = faces.open().collect();
+        faces.surfaces(|face| {
+            assert!(open.contains(&face), "{face} is told apart");
+            let (form, placement) = &placed[face as usize];
+            (*form, placement)
+        })
     }
 
     const TILT: TransformOp = TransformOp::RotateX(33.0);

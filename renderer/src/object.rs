@@ -70,7 +70,7 @@ struct Node<S> {
     kind: NodeKind<S>,
     children: [Option<Object<S>>; 2],
     n_shapes: u64,
-    range: Range,
+    range: StoredRange,
 }
 
 /// What an object is; what it is made of are its [`children`](Object::children).
@@ -134,9 +134,44 @@ impl Range {
     }
 }
 
+/// A [`Range`] in half the space.
+#[derive(Clone, Copy, Debug)]
+struct StoredRange([UpperHalf; 4]);
+
+impl From<Range> for StoredRange {
+    fn from(range: Range) -> Self {
+        let Range { linear, shift, inverse_linear, inverse_shift } = range;
+        StoredRange([linear, shift, inverse_linear, inverse_shift].map(UpperHalf::of))
+    }
+}
+
+impl From<StoredRange> for Range {
+    fn from(StoredRange(bounds): StoredRange) -> Self {
+        let [linear, shift, inverse_linear, inverse_shift] = bounds.map(UpperHalf::bound);
+        Range { linear, shift, inverse_linear, inverse_shift }
+    }
+}
+
+/// The upper half of a double that is not negative, rounded up: by less than 2^-20 of it, so that a chain
+/// of a million transforms has bounds that are less than three times as large as they could be.
+#[derive(Clone, Copy, Debug)]
+struct UpperHalf(u32);
+
+impl UpperHalf {
+    fn of(bound: f64) -> Self {
+        let bits = bound.to_bits();
+        let is_rounded = bits as u32 != 0;
+        UpperHalf((bits >> 32) as u32 + u32::from(is_rounded))
+    }
+
+    fn bound(self) -> f64 {
+        f64::from_bits(u64::from(self.0) << 32)
+    }
+}
+
 impl<S> Object<S> {
-    /// Bytes that one node of a description takes.
-    pub const NODE_BYTES: usize = size_of::<Node<S>>() + 2 * size_of::<usize>();
+    /// Bytes that one node of a description takes, with two counts and a word of the allocator's.
+    pub const NODE_BYTES: usize = size_of::<Node<S>>() + 3 * size_of::<usize>();
 
     fn node(
         kind: NodeKind<S>,
@@ -144,7 +179,7 @@ impl<S> Object<S> {
         n_shapes: u64,
         range: Range,
     ) -> Self {
-        Object(Arc::new(Node { kind, children, n_shapes, range }))
+        Object(Arc::new(Node { kind, children, n_shapes, range: range.into() }))
     }
 
     /// A shape in its own space.
@@ -169,7 +204,7 @@ impl<S> Object<S> {
         {
             return Err(TransformError::ZeroScale);
         }
-        let range = self.0.range.transformed(op);
+        let range = Range::from(self.0.range).transformed(op);
         if !is_finite || !range.is_finite() {
             return Err(TransformError::NonFinite);
         }
@@ -179,7 +214,7 @@ impl<S> Object<S> {
 
     fn combined(&self, other: &Self, op: SetOp) -> Self {
         let n_shapes = self.0.n_shapes.saturating_add(other.0.n_shapes);
-        let range = self.0.range.combined(other.0.range);
+        let range = Range::from(self.0.range).combined(other.0.range.into());
         let children = [Some(self.clone()), Some(other.clone())];
         Object::node(NodeKind::Combined(op), children, n_shapes, range)
     }
@@ -206,6 +241,12 @@ impl<S> Object<S> {
     #[must_use]
     pub fn n_shapes(&self) -> u64 {
         self.0.n_shapes
+    }
+
+    /// Whether it has other owners: another value, or an object that it is part of.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        Arc::strong_count(&self.0) > 1
     }
 
     /// What tells shared nodes apart.

@@ -77,7 +77,7 @@ impl<R: Real> Scene<R> {
         // tolerances for each of the sizes are more than all of it.
         let tolerance = TIE_ROUNDINGS * f64::UNIT_ROUNDOFF;
         let room = (height.to_f64() - height.radius()) / (16.0 * tolerance);
-        let (size, shift) = (leaf.linear_size, leaf.shift_size);
+        let (size, shift) = (leaf.linear_size(), leaf.shift_size());
         let of_lamp = position.max_norm().to_f64() * size;
         let of_origin = self.conditioning;
         let within =

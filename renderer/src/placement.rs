@@ -16,14 +16,14 @@ use crate::numeric::vec3::Vec3;
 use crate::object::TransformOp;
 
 /// The maps between object and world space.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Placement {
     pub(crate) world_from_object: Bounded,
     pub(crate) object_from_world: Bounded,
 }
 
 /// A map, and how far each of its entries may be off.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Bounded {
     /// Entries `[row][column]`; the last column is the shift.
     pub(crate) entries: [[Dd; 4]; 3],
@@ -37,31 +37,42 @@ pub(crate) struct Bounded {
 impl Placement {
     /// A shape in its own space.
     pub(crate) fn identity() -> Self {
-        Placement {
-            world_from_object: Bounded::diagonal([Dd::ONE; 3], 0.0),
-            object_from_world: Bounded::diagonal([Dd::ONE; 3], 0.0),
-        }
+        Placement { world_from_object: Bounded::identity(), object_from_world: Bounded::identity() }
     }
 
     /// The placement of what is inside an object that is transformed by `op` and then placed here.
     pub(crate) fn of_transformed(&self, op: TransformOp, turns: &mut Turns) -> Self {
-        let (forward, inverse) = match op {
-            TransformOp::Translate(by) => (Bounded::translation(by), Bounded::translation(-by)),
+        let mut inside = self.clone();
+        inside.transform(op, turns);
+        inside
+    }
+
+    /// Becomes that placement.
+    pub(crate) fn transform(&mut self, op: TransformOp, turns: &mut Turns) {
+        let Placement { world_from_object: outer, object_from_world: inner } = self;
+        match op {
+            TransformOp::Translate(by) => {
+                outer.after_translation(by);
+                inner.translate(-by);
+            }
             TransformOp::Scale(by) => {
                 let factors = [by.x, by.y, by.z].map(Dd::from);
-                (
-                    Bounded::diagonal(factors, 0.0),
-                    Bounded::diagonal(factors.map(|s| Dd::ONE / s), DD_ERROR),
-                )
+                outer.after_scaling(factors, 0.0);
+                inner.scale(factors.map(|s| Dd::ONE / s), DD_ERROR);
             }
-            TransformOp::RotateX(angle) => rotation(turns.sin_cos(angle), 1, 2),
-            TransformOp::RotateY(angle) => rotation(turns.sin_cos(angle), 2, 0),
-            TransformOp::RotateZ(angle) => rotation(turns.sin_cos(angle), 0, 1),
-        };
-        Placement {
-            world_from_object: self.world_from_object.after(&forward),
-            object_from_world: inverse.after(&self.object_from_world),
+            TransformOp::RotateX(angle) => self.rotate(turns.sin_cos(angle), [1, 2]),
+            TransformOp::RotateY(angle) => self.rotate(turns.sin_cos(angle), [2, 0]),
+            TransformOp::RotateZ(angle) => self.rotate(turns.sin_cos(angle), [0, 1]),
         }
+    }
+
+    /// The same for a turn by an angle from the first axis toward the second.
+    fn rotate(&mut self, (sin, cos): (Dd, Dd), axes: [usize; 2]) {
+        let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
+        let error = if is_exact { 0.0 } else { DD_ERROR };
+        let turn = |sin: Dd| Turn { axes, matrix: [[cos, -sin], [sin, cos]], error };
+        self.world_from_object.after_turn(&turn(sin));
+        self.object_from_world.turn(&turn(-sin));
     }
 }
 
@@ -75,77 +86,151 @@ impl Turns {
     }
 }
 
-/// The rotation by an angle from axis `i` toward axis `j`, and its inverse.
-fn rotation((sin, cos): (Dd, Dd), i: usize, j: usize) -> (Bounded, Bounded) {
-    let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
-    let turn = |sin: Dd| {
-        let mut map = Bounded::diagonal([Dd::ONE; 3], 0.0);
-        map.entries[i][i] = cos;
-        map.entries[j][j] = cos;
-        map.entries[i][j] = -sin;
-        map.entries[j][i] = sin;
-        if !is_exact {
-            for (row, column) in [(i, i), (i, j), (j, i), (j, j)] {
-                map.errors[row][column] = DD_ERROR;
-            }
-            map.norm_error = 2.0 * DD_ERROR;
+/// A rotation, but for the axis that it is around.
+struct Turn {
+    axes: [usize; 2],
+    matrix: [[Dd; 2]; 2],
+    /// Of each entry.
+    error: f64,
+}
+
+impl Turn {
+    fn at(&self, row: usize, column: usize) -> Entry {
+        Entry { value: self.matrix[row][column], error: self.error }
+    }
+
+    /// The sum of products, of what there is of each side, in the order of the axes.
+    #[inline(always)]
+    fn sum(&self, factors: impl Fn(usize) -> (Entry, Entry)) -> Sum {
+        let first = usize::from(self.axes[0] > self.axes[1]);
+        let mut sum = Sum::default();
+        for side in [first, 1 - first] {
+            let (a, b) = factors(side);
+            sum.add_product(a, b);
         }
-        map
-    };
-    (turn(sin), turn(-sin))
+        sum
+    }
+
+    /// Bound of the 2-norm of what the matrix may be off by.
+    fn norm_error(&self) -> f64 {
+        2.0 * self.error
+    }
 }
 
 impl Bounded {
-    fn diagonal(factors: [Dd; 3], relative_error: f64) -> Self {
+    fn identity() -> Self {
         let mut map = Bounded {
             entries: [[Dd::ZERO; 4]; 3],
             errors: [[0.0; 4]; 3],
-            norm: 0.0,
+            norm: 1.0,
             norm_error: 0.0,
         };
-        for (axis, factor) in factors.into_iter().enumerate() {
-            let size = factor.abs().to_f64();
-            map.entries[axis][axis] = factor;
-            map.errors[axis][axis] = relative_error * size;
-            map.norm = map.norm.max(size);
-        }
-        map.norm_error = relative_error * map.norm;
-        map
-    }
-
-    fn translation(by: DVec3) -> Self {
-        let mut map = Bounded::diagonal([Dd::ONE; 3], 0.0);
-        for (row, shift) in map.entries.iter_mut().zip(by.to_array()) {
-            row[3] = Dd::from(shift);
+        for axis in 0..3 {
+            map.entries[axis][axis] = Dd::ONE;
         }
         map
     }
 
-    /// The map that does `first`, then `self`.
-    fn after(&self, first: &Bounded) -> Bounded {
-        let norm = self.norm * first.norm;
+    /// Has the bounds that its matrix has when it is multiplied by one of this norm and with this error.
+    /// Its entries stay, as those do that are multiplied by 0 and 1 alone.
+    fn multiply_norm(&mut self, norm: f64, norm_error: f64) {
+        let product = self.norm * norm;
         // An entry sums three products: 11 roundings of 2^-106 times at most the product of the
         // norms, and three entries a row make that a bound of the matrix, still below DD_ERROR.
-        let norm_error =
-            self.norm_error * first.norm + self.norm * first.norm_error + DD_ERROR * norm;
-        let mut result =
-            Bounded { entries: [[Dd::ZERO; 4]; 3], errors: [[0.0; 4]; 3], norm, norm_error };
+        self.norm_error = self.norm_error * norm + self.norm * norm_error + DD_ERROR * product;
+        self.norm = product;
+    }
+
+    /// Sets an entry of the matrix.
+    #[inline(always)]
+    fn set(&mut self, row: usize, column: usize, sum: &Sum) {
+        self.entries[row][column] = sum.value;
+        self.errors[row][column] = sum.bound().min(self.norm_error);
+    }
+
+    /// Sets an entry of the shift.
+    #[inline(always)]
+    fn set_shift(&mut self, row: usize, sum: &Sum) {
+        self.entries[row][3] = sum.value;
+        self.errors[row][3] = sum.bound();
+    }
+
+    /// Becomes the map that moves by a vector first.
+    fn after_translation(&mut self, by: DVec3) {
+        self.multiply_norm(1.0, 0.0);
         for row in 0..3 {
-            for column in 0..4 {
-                let mut sum = Sum::default();
-                for k in 0..3 {
-                    sum.add_product(self.at(row, k), first.at(k, column));
-                }
-                if column == 3 {
-                    sum.add(self.at(row, 3));
-                }
-                let bound = sum.error + if sum.is_rounded { DD_ERROR * sum.size } else { 0.0 };
-                result.entries[row][column] = sum.value;
-                result.errors[row][column] =
-                    if column == 3 { bound } else { bound.min(norm_error) };
+            let mut sum = Sum::default();
+            for (column, by) in by.to_array().into_iter().enumerate() {
+                sum.add_product(self.at(row, column), Entry::exactly(by));
+            }
+            sum.add(self.at(row, 3));
+            self.set_shift(row, &sum);
+        }
+    }
+
+    /// Becomes the map that moves by a vector afterwards.
+    fn translate(&mut self, by: DVec3) {
+        self.multiply_norm(1.0, 0.0);
+        for (row, by) in by.to_array().into_iter().enumerate() {
+            self.set_shift(row, &Sum::of(self.at(row, 3)).and(Entry::exactly(by)));
+        }
+    }
+
+    /// Becomes the map that multiplies coordinates by factors with these relative errors first.
+    fn after_scaling(&mut self, factors: [Dd; 3], relative_error: f64) {
+        let norm = largest(factors);
+        self.multiply_norm(norm, relative_error * norm);
+        for row in 0..3 {
+            for (column, factor) in factors.into_iter().enumerate() {
+                let factor = Entry::off_by(factor, relative_error);
+                self.set(row, column, &Sum::of_product(self.at(row, column), factor));
             }
         }
-        result
+    }
+
+    /// Becomes the map that multiplies coordinates by factors with these relative errors afterwards.
+    fn scale(&mut self, factors: [Dd; 3], relative_error: f64) {
+        let norm = largest(factors);
+        self.multiply_norm(norm, relative_error * norm);
+        for (row, factor) in factors.into_iter().enumerate() {
+            let factor = Entry::off_by(factor, relative_error);
+            for column in 0..3 {
+                self.set(row, column, &Sum::of_product(factor, self.at(row, column)));
+            }
+            let shift = Sum::of_product(factor, self.at(row, 3)).and(Entry::exactly(0.0));
+            self.set_shift(row, &shift);
+        }
+    }
+
+    /// Becomes the map that turns first.
+    fn after_turn(&mut self, turn: &Turn) {
+        self.multiply_norm(1.0, turn.norm_error());
+        for row in 0..3 {
+            let sums = [0, 1].map(|column| {
+                turn.sum(|side| (self.at(row, turn.axes[side]), turn.at(side, column)))
+            });
+            for (column, sum) in turn.axes.into_iter().zip(&sums) {
+                self.set(row, column, sum);
+            }
+        }
+    }
+
+    /// Becomes the map that turns afterwards.
+    fn turn(&mut self, turn: &Turn) {
+        self.multiply_norm(1.0, turn.norm_error());
+        for column in 0..4 {
+            let sums = [0, 1]
+                .map(|row| turn.sum(|side| (turn.at(row, side), self.at(turn.axes[side], column))));
+            for (row, sum) in turn.axes.into_iter().zip(sums) {
+                if column < 3 {
+                    self.set(row, column, &sum);
+                } else {
+                    self.set_shift(row, &sum.and(Entry::exactly(0.0)));
+                }
+            }
+        }
+        let around = 3 - turn.axes[0] - turn.axes[1];
+        self.set_shift(around, &Sum::of(self.at(around, 3)).and(Entry::exactly(0.0)));
     }
 
     fn at(&self, row: usize, column: usize) -> Entry {
@@ -154,14 +239,22 @@ impl Bounded {
 
     /// The map in the tracer's numbers. An entry that its error bound cannot tell from 0 is 0.
     pub(crate) fn rounded<R: Real>(&self) -> Affine<R> {
-        let entry = |row: usize, column: usize| {
-            let value = self.entries[row][column];
-            let error = self.errors[row][column];
-            let is_zero = value.abs().to_f64() <= error;
-            if is_zero { R::ZERO } else { R::from_bounded(value, error) }
-        };
-        let rows = [0, 1, 2].map(|row| Vec3::new(entry(row, 0), entry(row, 1), entry(row, 2)));
-        Affine { rows, shift: Vec3::new(entry(0, 3), entry(1, 3), entry(2, 3)) }
+        let row =
+            |row: usize| Vec3::new(self.entry(row, 0), self.entry(row, 1), self.entry(row, 2));
+        Affine { rows: [row(0), row(1), row(2)], shift: self.column(3) }
+    }
+
+    /// A column of that, where the last is the shift.
+    #[inline]
+    pub(crate) fn column<R: Real>(&self, column: usize) -> Vec3<R> {
+        Vec3::new(self.entry(0, column), self.entry(1, column), self.entry(2, column))
+    }
+
+    #[inline]
+    fn entry<R: Real>(&self, row: usize, column: usize) -> R {
+        let Entry { value, error } = self.at(row, column);
+        let is_zero = value.abs().to_f64() <= error;
+        if is_zero { R::ZERO } else { R::from_bounded(value, error) }
     }
 }
 
@@ -172,7 +265,20 @@ struct Entry {
     error: f64,
 }
 
+/// The largest size.
+fn largest(factors: [Dd; 3]) -> f64 {
+    factors.iter().fold(0.0, |norm: f64, factor| norm.max(factor.abs().to_f64()))
+}
+
 impl Entry {
+    fn exactly(value: f64) -> Entry {
+        Entry { value: Dd::from(value), error: 0.0 }
+    }
+
+    fn off_by(value: Dd, relative_error: f64) -> Entry {
+        Entry { value, error: relative_error * value.abs().to_f64() }
+    }
+
     fn is_exactly(&self, value: Dd) -> bool {
         self.value == value && self.error == 0.0
     }
@@ -190,6 +296,29 @@ struct Sum {
 }
 
 impl Sum {
+    /// That of one term.
+    fn of(term: Entry) -> Sum {
+        Sum::of_product(Entry::exactly(1.0), term)
+    }
+
+    fn of_product(a: Entry, b: Entry) -> Sum {
+        let mut sum = Sum::default();
+        sum.add_product(a, b);
+        sum
+    }
+
+    /// With one more term.
+    fn and(mut self, term: Entry) -> Sum {
+        self.add(term);
+        self
+    }
+
+    /// How far off it may be.
+    fn bound(&self) -> f64 {
+        self.error + if self.is_rounded { DD_ERROR * self.size } else { 0.0 }
+    }
+
+    #[inline(always)]
     fn add_product(&mut self, a: Entry, b: Entry) {
         if a.is_exactly(Dd::ZERO) || b.is_exactly(Dd::ZERO) {
             return;
@@ -205,6 +334,7 @@ impl Sum {
         self.add(Entry { value: a.value * b.value, error: a.error * b_size + a_size * b.error });
     }
 
+    #[inline(always)]
     fn add(&mut self, term: Entry) {
         if self.size == 0.0 {
             self.value = term.value;
@@ -226,6 +356,95 @@ mod tests {
         let mut turns = Turns::default();
         let place = |outer: Placement, &op| outer.of_transformed(op, &mut turns);
         ops.iter().rev().fold(Placement::identity(), place)
+    }
+
+    /// The map that does `first`, then `then`, by all products of their entries.
+    fn after(then: &Bounded, first: &Bounded) -> Bounded {
+        let mut map = then.clone();
+        map.multiply_norm(first.norm, first.norm_error);
+        for row in 0..3 {
+            for column in 0..4 {
+                let mut sum = Sum::default();
+                for k in 0..3 {
+                    sum.add_product(then.at(row, k), first.at(k, column));
+                }
+                if column == 3 {
+                    map.set_shift(row, &sum.and(then.at(row, 3)));
+                } else {
+                    map.set(row, column, &sum);
+                }
+            }
+        }
+        map
+    }
+
+    /// The whole matrices of an operator and of its inverse.
+    fn maps_of(op: TransformOp) -> [Bounded; 2] {
+        let diagonal = |factors: [Dd; 3], relative_error: f64| {
+            let mut map = Bounded::identity();
+            for (axis, factor) in factors.into_iter().enumerate() {
+                map.entries[axis][axis] = factor;
+                map.errors[axis][axis] = relative_error * factor.abs().to_f64();
+            }
+            map.norm = largest(factors);
+            map.norm_error = relative_error * map.norm;
+            map
+        };
+        let turns = |angle, i: usize, j: usize| {
+            let (sin, cos) = Dd::sin_cos_degrees(angle);
+            let error = if angle == 90.0 { 0.0 } else { DD_ERROR };
+            [sin, -sin].map(|sin| {
+                let mut map = diagonal([Dd::ONE; 3], 0.0);
+                for (row, column, value) in [(i, i, cos), (j, j, cos), (i, j, -sin), (j, i, sin)] {
+                    (map.entries[row][column], map.errors[row][column]) = (value, error);
+                }
+                map.norm_error = 2.0 * error;
+                map
+            })
+        };
+        match op {
+            TransformOp::Translate(by) => [by, -by].map(|by| {
+                let mut map = diagonal([Dd::ONE; 3], 0.0);
+                for row in 0..3 {
+                    map.entries[row][3] = Dd::from(by[row]);
+                }
+                map
+            }),
+            TransformOp::Scale(by) => {
+                let factors = by.to_array().map(Dd::from);
+                [diagonal(factors, 0.0), diagonal(factors.map(|s| Dd::ONE / s), DD_ERROR)]
+            }
+            TransformOp::RotateX(angle) => turns(angle, 1, 2),
+            TransformOp::RotateY(angle) => turns(angle, 2, 0),
+            TransformOp::RotateZ(angle) => turns(angle, 0, 1),
+        }
+    }
+
+    #[test]
+    fn operators_compose_like_their_matrices() {
+        let ops = [
+            TransformOp::Translate(DVec3::new(0.1, -1e7, 0.0)),
+            TransformOp::RotateX(33.0),
+            TransformOp::Scale(DVec3::new(0.3, 1.0, -7.0)),
+            TransformOp::RotateY(-101.5),
+            TransformOp::Translate(DVec3::new(0.0, 2.5, 1e-3)),
+            TransformOp::RotateZ(90.0),
+            TransformOp::Scale(DVec3::splat(1.0 / 3.0)),
+            TransformOp::RotateZ(17.0),
+        ];
+        let mut turns = Turns::default();
+        for start in 0..ops.len() {
+            let mut placement = Placement::identity();
+            for op in ops.iter().cycle().skip(start).step_by(3).take(12) {
+                let [forward, inverse] = maps_of(*op);
+                let expected = Placement {
+                    world_from_object: after(&placement.world_from_object, &forward),
+                    object_from_world: after(&inverse, &placement.object_from_world),
+                };
+                placement = placement.of_transformed(*op, &mut turns);
+                assert_eq!(placement, expected, "{op:?}");
+            }
+        }
     }
 
     #[test]

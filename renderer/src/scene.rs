@@ -6,32 +6,27 @@
 //! decides who paints coincident surfaces. A hierarchy over the components, and one over the leaves of
 //! each tree, tell which of them a ray may meet.
 
-use std::collections::{HashMap, HashSet};
-use std::rc::Rc;
-
-use rayon::prelude::*;
-
-use crate::bounds::{self, Bounds};
-use crate::camera;
-use crate::carving;
 use crate::hierarchy::Hierarchy;
-use crate::intern::Faces;
 use crate::numeric::affine::Affine;
-use crate::numeric::ball::Ball;
-use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
-use crate::object::{NodeKind, Object, SetOp, ShapeKind};
-use crate::placement::{Placement, Turns};
+use crate::object::{SetOp, ShapeKind};
 use crate::plan::{Omissions, Part};
 use crate::ray::{Conditioning, Ray};
-use crate::shape;
 use crate::surface::SurfaceId;
+
+mod building;
+mod flatten;
 
 /// The scene to trace, in the numbers `R`.
 #[derive(Debug)]
 pub struct Scene<R = f64> {
     pub(crate) leaves: Vec<Leaf<R>>,
+    /// Of each leaf, by index.
+    pub(crate) details: Vec<Detail>,
+    /// The maps from object to world space that details refer to: the rows of the matrix and the shift;
+    /// of a diagonal matrix the diagonal and the shift.
+    maps: Vec<Vec3<R>>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) components: Vec<Component>,
     /// Over the components, by index.
@@ -42,14 +37,15 @@ pub struct Scene<R = f64> {
     /// The size of the largest coordinate of bounded components.
     pub(crate) extent: f64,
     /// The world-space surface of each face, faces of one leaf in a row. Equal surfaces have equal
-    /// numbers, and those that several faces share have the lowest.
+    /// numbers, and those that several faces share have the lowest. Empty where none is shared: then
+    /// each face's number is that of its surface.
     pub(crate) face_surfaces: Vec<u32>,
     pub(crate) n_shared: u32,
     /// What may be left out.
     pub(crate) omissions: Omissions,
 }
 
-/// A shape where it stands. In doubles, what tells whether a ray meets it lies in two cache lines.
+/// A shape where it stands: what tells whether a ray meets it. In doubles that is two cache lines.
 #[derive(Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Leaf<R> {
@@ -59,18 +55,22 @@ pub(crate) struct Leaf<R> {
     pub(crate) kind: ShapeKind,
     /// Whether `object_from_world` is treated as a diagonal matrix.
     pub(crate) is_unturned: bool,
+    /// Whether the matrix of the map back is kept as its diagonal.
+    is_diagonal: bool,
     /// Faces, by bit, whose surfaces the eye lies on, as far as double-double can tell.
     pub(crate) at_eye: u8,
     /// Index of its first face in the scene's list.
     pub(crate) first_face: u32,
-    pub(crate) world_from_object: Affine<R>,
-    /// Sizes of the entries of `object_from_world`: of the matrix (largest sum of a row), and of
-    /// the shift. They bound what rounding does to a ray's origin.
-    pub(crate) linear_size: f64,
-    pub(crate) shift_size: f64,
+}
+
+/// What else there is to know of a leaf, once a ray has met it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Detail {
     pub(crate) surface: SurfaceId,
     /// Its node, if it is part of a tree.
     pub(crate) node: u32,
+    /// Where its map from object to world space begins.
+    map: u32,
 }
 
 /// A part of the union that the scene is.
@@ -120,72 +120,6 @@ pub(crate) enum Kind {
 pub(crate) const NONE: u32 = u32::MAX;
 
 impl<R: Real> Scene<R> {
-    /// Bytes that a scene takes for each shape while it is built, rounded up.
-    pub const BYTES_PER_SHAPE: u64 = (size_of::<Leaf<R>>() + 2 * size_of::<Node>() + 1024) as u64;
-
-    /// Flattens a description. `intern` gives each surface function its number.
-    ///
-    /// The time and memory it takes grow with [`Object::n_shapes`], which can be exponential in the
-    /// size of the program: callers must have checked it.
-    pub fn new<S>(object: &Object<S>, mut intern: impl FnMut(&S) -> SurfaceId) -> Self {
-        let mut flattening = Flattening {
-            scene: Scene {
-                leaves: Vec::new(),
-                nodes: Vec::new(),
-                components: Vec::new(),
-                hierarchy: Hierarchy::default(),
-                trees: Vec::new(),
-                conditioning: Conditioning::default(),
-                extent: 0.0,
-                face_surfaces: Vec::new(),
-                n_shared: 0,
-                omissions: Omissions::ALL,
-            },
-            faces: Faces::default(),
-            turns: Turns::default(),
-            n_trees: 0,
-            tasks: vec![Task {
-                object,
-                placement: Rc::new(Placement::identity()),
-                above: Above::Union,
-            }],
-        };
-        while let Some(task) = flattening.tasks.pop() {
-            flattening.perform(task, &mut intern);
-        }
-        let Flattening { mut scene, mut faces, .. } = flattening;
-        let open = faces.open();
-        let placements = if open.is_empty() { HashMap::new() } else { placements(object, &open) };
-        (scene.face_surfaces, scene.n_shared) = faces.surfaces(&placements);
-        scene.index();
-        scene
-    }
-
-    /// Builds the hierarchies.
-    fn index(&mut self) {
-        let leaves: Vec<Bounds> = self.leaves.par_iter().map(Leaf::bounds).collect();
-        self.conditioning = self
-            .leaves
-            .iter()
-            .fold(Conditioning::default(), |all, leaf| all.or(leaf.conditioning()));
-        let mut trees = self.nodes.chunk_by(|_, next| next.parent != NONE);
-        let mut found = Vec::new();
-        let mut bounds_of = |component: &Component| match *component {
-            Component::Leaf(leaf) => leaves[leaf as usize],
-            Component::Tree { root, .. } => {
-                let nodes = trees.next().expect("a root for each tree");
-                let relevant = bounds::relevant(nodes, root, |leaf| leaves[leaf as usize]);
-                found.push(Tree::new(nodes, root, &relevant));
-                relevant[0]
-            }
-        };
-        let boxes = self.components.iter().map(&mut bounds_of);
-        self.hierarchy = Hierarchy::new((0..).zip(boxes));
-        let of_trees = found.iter().map(|tree| &tree.hierarchy);
-        self.extent = of_trees.chain([&self.hierarchy]).map(Hierarchy::extent).fold(0.0, f64::max);
-        self.trees = found;
-    }
-
     /// The same scene, of which only these parts may be left out; at first, all may.
     #[must_use]
     pub fn leaving_out(mut self, omissions: Omissions) -> Self {
@@ -198,23 +132,35 @@ impl<R: Real> Scene<R> {
 
     /// Kind and surface function of each shape.
     pub fn shapes(&self) -> impl Iterator<Item = (ShapeKind, SurfaceId)> {
-        self.leaves.iter().map(|leaf| (leaf.kind, leaf.surface))
+        let leaves = self.leaves.iter().zip(&self.details);
+        leaves.map(|(leaf, detail)| (leaf.kind, detail.surface))
+    }
+
+    /// Brings a point from the object space of a leaf to world space.
+    #[inline(always)]
+    pub(crate) fn world_point(&self, leaf: u32, p: Vec3<R>) -> Vec3<R> {
+        let map = &self.maps[self.details[leaf as usize].map as usize..];
+        let map = if self.leaves[leaf as usize].is_diagonal {
+            let [Vec3 { x, y, z }, shift] = *map.first_chunk().expect("a diagonal and a shift");
+            let zero = R::ZERO;
+            let rows =
+                [Vec3::new(x, zero, zero), Vec3::new(zero, y, zero), Vec3::new(zero, zero, z)];
+            Affine { rows, shift }
+        } else {
+            let [x, y, z, shift] = *map.first_chunk().expect("three rows and a shift");
+            Affine { rows: [x, y, z], shift }
+        };
+        map.point(p)
     }
 
     /// The world-space surface that a face of a leaf is part of.
     pub(crate) fn face_surface(&self, leaf: &Leaf<R>, face: u8) -> u32 {
-        self.face_surfaces[leaf.first_face as usize + face as usize]
+        let number = leaf.first_face + u32::from(face);
+        self.face_surfaces.get(number as usize).copied().unwrap_or(number)
     }
 }
 
 impl<R: Real> Leaf<R> {
-    /// A box around it, with room for rounding.
-    fn bounds(&self) -> Bounds {
-        let maps = [&self.world_from_object, &self.object_from_world].map(Affine::to_daffine3);
-        let bounds = bounds::of_shape(self.kind, &maps[0], &maps[1]);
-        bounds.padded(|size| self.conditioning().error(size))
-    }
-
     /// A point of world space in object space.
     #[inline(always)]
     pub(crate) fn local_point(&self, p: Vec3<R>) -> Vec3<R> {
@@ -232,181 +178,26 @@ impl<R: Real> Leaf<R> {
     /// The size of the terms that a ray's origin is computed from in object space.
     #[inline]
     pub(crate) fn origin_size(&self, ray: &Ray<R>) -> f64 {
-        self.linear_size * ray.origin.max_norm().to_f64() + self.shift_size
+        self.linear_size() * ray.origin.max_norm().to_f64() + self.shift_size()
     }
 
-    fn conditioning(&self) -> Conditioning {
-        let rows = self.world_from_object.rows.iter();
-        let stretch = rows.map(row_size).fold(0.0, f64::max);
-        Conditioning { linear: stretch * self.linear_size, shift: stretch * self.shift_size }
+    /// The size of the entries of the matrix to object space, the largest sum of a row. With that of
+    /// the shift, it bounds what rounding does to a ray's origin.
+    #[inline]
+    pub(crate) fn linear_size(&self) -> f64 {
+        largest_row(&self.object_from_world)
     }
-}
 
-impl Tree {
-    /// Of nodes, in preorder, and where they matter.
-    fn new(nodes: &[Node], root: u32, relevant: &[Bounds]) -> Self {
-        let leaves = nodes.iter().zip(relevant).filter_map(|(node, bounds)| match node.kind {
-            Kind::Leaf(leaf) => Some((leaf, *bounds)),
-            Kind::Combined(_) => None,
-        });
-        let whole = carving::whole(nodes, root);
-        let others = leaves.filter(|(leaf, _)| whole.binary_search(leaf).is_err());
-        Tree { hierarchy: Hierarchy::new(others), whole }
+    /// The size of the shift to object space.
+    #[inline]
+    pub(crate) fn shift_size(&self) -> f64 {
+        self.object_from_world.shift.max_norm().to_f64()
     }
 }
 
-/// The sum of the sizes of a row's entries.
-fn row_size<R: Real>(row: &Vec3<R>) -> f64 {
-    (row.x.abs() + row.y.abs() + row.z.abs()).to_f64()
-}
-
-/// What a part of the description is an operand of.
-#[derive(Clone, Copy)]
-enum Above {
-    /// The union that the scene is.
-    Union,
-    /// A node; whether as its first operand.
-    Node(u32, bool),
-}
-
-/// A part of the description to be visited.
-struct Task<'o, S> {
-    object: &'o Object<S>,
-    placement: Rc<Placement>,
-    above: Above,
-}
-
-/// The placements of these shapes. They are large, and few are needed once shapes are placed.
-fn placements<S>(object: &Object<S>, shapes: &HashSet<u32>) -> HashMap<u32, Rc<Placement>> {
-    let (mut turns, mut found, mut n_shapes) = (Turns::default(), HashMap::new(), 0);
-    let mut tasks = vec![(object, Rc::new(Placement::identity()))];
-    while let Some((object, placement)) = tasks.pop() {
-        let placement = match object.kind() {
-            NodeKind::Transformed(op) => Rc::new(placement.of_transformed(*op, &mut turns)),
-            NodeKind::Combined(_) => placement,
-            NodeKind::Shape(..) => {
-                if shapes.contains(&n_shapes) {
-                    found.insert(n_shapes, placement);
-                }
-                n_shapes += 1;
-                continue;
-            }
-        };
-        // Pushed last is visited first.
-        tasks.extend(object.children().rev().map(|operand| (operand, placement.clone())));
-    }
-    found
-}
-
-struct Flattening<'o, S, R> {
-    scene: Scene<R>,
-    faces: Faces,
-    turns: Turns,
-    n_trees: u32,
-    /// What is left to do, the next last.
-    tasks: Vec<Task<'o, S>>,
-}
-
-impl<'o, S, R: Real> Flattening<'o, S, R> {
-    fn perform(&mut self, task: Task<'o, S>, intern: &mut impl FnMut(&S) -> SurfaceId) {
-        let Task { object, placement, above } = task;
-        match object.kind() {
-            NodeKind::Shape(kind, surface) => self.leaf(*kind, intern(surface), placement, above),
-            NodeKind::Transformed(op) => {
-                let placement = Rc::new(placement.of_transformed(*op, &mut self.turns));
-                let inner = object.children().next().expect("a transform has an operand");
-                self.tasks.push(Task { object: inner, placement, above });
-            }
-            NodeKind::Combined(op) => self.combined(object, *op, &placement, above),
-        }
-    }
-
-    fn combined(
-        &mut self,
-        object: &'o Object<S>,
-        op: SetOp,
-        placement: &Rc<Placement>,
-        above: Above,
-    ) {
-        let operands_of = match above {
-            Above::Union if op == SetOp::Union => Above::Union,
-            Above::Node(node, is_first) if self.is_part_of(op, node, is_first) => above,
-            _ => Above::Node(self.node(Kind::Combined(op), above), true),
-        };
-        if let (Above::Union, Above::Node(root, _)) = (above, operands_of) {
-            let tree = self.n_trees;
-            self.n_trees += 1;
-            self.scene.components.push(Component::Tree { root, tree });
-        }
-        // Pushed last is visited first: the second operand waits.
-        for (side, operand) in object.children().enumerate().collect::<Vec<_>>().into_iter().rev() {
-            let above = match operands_of {
-                Above::Node(node, is_first) => Above::Node(node, is_first && side == 0),
-                Above::Union => Above::Union,
-            };
-            self.tasks.push(Task { object: operand, placement: placement.clone(), above });
-        }
-    }
-
-    /// Whether the operands of an operation may be operands of the node above it.
-    fn is_part_of(&self, op: SetOp, node: u32, is_first: bool) -> bool {
-        let is_same = self.scene.nodes[node as usize].kind == Kind::Combined(op);
-        is_same && (is_first || op != SetOp::Difference)
-    }
-
-    fn leaf(
-        &mut self,
-        kind: ShapeKind,
-        surface: SurfaceId,
-        placement: Rc<Placement>,
-        above: Above,
-    ) {
-        let index = self.scene.leaves.len() as u32;
-        let node = match above {
-            Above::Union => {
-                self.scene.components.push(Component::Leaf(index));
-                NONE
-            }
-            Above::Node(..) => self.node(Kind::Leaf(index), above),
-        };
-        let first_face = self
-            .scene
-            .leaves
-            .last()
-            .map_or(0, |leaf| leaf.first_face + shape::forms(leaf.kind).len() as u32);
-        let object_from_world: Affine<R> = placement.object_from_world.rounded();
-        let eye = placement.object_from_world.rounded::<Ball<Dd>>().point(camera::eye());
-        self.scene.leaves.push(Leaf {
-            kind,
-            surface,
-            node,
-            first_face,
-            world_from_object: placement.world_from_object.rounded(),
-            object_from_world,
-            linear_size: object_from_world.rows.iter().map(row_size).fold(0.0, f64::max),
-            shift_size: object_from_world.shift.max_norm().to_f64(),
-            is_unturned: object_from_world.is_diagonal(),
-            eye: object_from_world.point(camera::eye()),
-            at_eye: shape::faces_at(kind, eye),
-        });
-        self.faces.add(kind, &placement);
-    }
-
-    /// Makes a node below another.
-    fn node(&mut self, kind: Kind, above: Above) -> u32 {
-        let (parent, weight) = match above {
-            Above::Union => (NONE, 0),
-            Above::Node(parent, is_first) => {
-                let above = &mut self.scene.nodes[parent as usize];
-                let is_taken_away = above.kind == Kind::Combined(SetOp::Difference) && !is_first;
-                if above.kind == Kind::Combined(SetOp::Intersect) {
-                    above.threshold += 1;
-                }
-                (parent, if is_taken_away { -1 } else { 1 })
-            }
-        };
-        let threshold = if kind == Kind::Combined(SetOp::Intersect) { 0 } else { 1 };
-        self.scene.nodes.push(Node { parent, weight, threshold, kind });
-        self.scene.nodes.len() as u32 - 1
-    }
+/// The largest of the sums of the sizes of a row's entries.
+#[inline]
+fn largest_row<R: Real>(map: &Affine<R>) -> f64 {
+    let size = |row: &Vec3<R>| (row.x.abs() + row.y.abs() + row.z.abs()).to_f64();
+    map.rows.iter().map(size).fold(0.0, f64::max)
 }

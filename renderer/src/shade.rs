@@ -278,7 +278,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         Some(Seen {
             shape: crossing.leaf as usize,
             kind: leaf.kind,
-            surface: leaf.surface,
+            surface: self.scene.details[crossing.leaf as usize].surface,
             at: place.locate(Needs::ALL),
             point: hit.point.to_dvec3(),
             distance: crossing.t.to_f64() * ray.dir.to_dvec3().length(),
@@ -383,7 +383,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         self.notice(Doubt::Boundary);
         let side = u64::from(at.face) << 1 | u64::from(crossing.is_entry());
         self.sign::<SIGNED>(u64::from(crossing.leaf) << 32 | side);
-        let surface = self.scene.leaves[crossing.leaf as usize].surface;
+        let surface = self.scene.details[crossing.leaf as usize].surface;
         let sample = self.sample::<SIGNED>(surface, &at)?;
         self.lit::<SIGNED>(dir, &hit, &sample)
     }
@@ -471,7 +471,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let normal = outward.normalized().map(|n| if n.dot(dir) > R::ZERO { -n } else { n });
         let on = On { leaf: crossing.leaf, surface: self.scene.face_surface(leaf, face), point };
         let medium = if crossing.is_entry() { Medium::Outside } else { Medium::Inside };
-        let hit = Hit { on, point: leaf.world_from_object.point(point), normal, medium };
+        let hit = Hit { on, point: self.scene.world_point(crossing.leaf, point), normal, medium };
         (hit, Place { kind: leaf.kind, face, point, size })
     }
 

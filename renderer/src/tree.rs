@@ -149,7 +149,7 @@ impl<R: Real> Scene<R> {
         }
         let [enters, exits] = [enter, exit].map(|end| self.is_ahead(&end, reach));
         if exits && !enters {
-            self.spread(self.leaves[leaf as usize].node, true, workspace);
+            self.spread(self.details[leaf as usize].node, true, workspace);
         }
         if enters && enter.t.to_f64().is_finite() {
             crossings.push(enter);
@@ -171,7 +171,7 @@ impl<R: Real> Scene<R> {
     }
 
     fn flip(&self, crossing: &Crossing<R>, workspace: &mut Workspace<R>) {
-        self.spread(self.leaves[crossing.leaf as usize].node, crossing.is_entry(), workspace);
+        self.spread(self.details[crossing.leaf as usize].node, crossing.is_entry(), workspace);
     }
 
     /// Sets a node's value and those above that follow from it.
@@ -219,7 +219,7 @@ impl<R: Real> Scene<R> {
 
     /// The operand of a node that a leaf is part of, if it is of one.
     fn operand_above(&self, leaf: u32, node: u32) -> Option<u32> {
-        let mut operand = self.leaves[leaf as usize].node;
+        let mut operand = self.details[leaf as usize].node;
         while operand > node {
             let parent = self.nodes[operand as usize].parent;
             if parent == node {

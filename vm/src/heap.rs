@@ -5,16 +5,23 @@
 //!
 //! The heap is a stack. Since values never change, whatever refers to a value is younger than that
 //! value; so when nothing is in use that is younger than some value, the heap can be cut there. No
-//! reference is counted, and no value is traced or moved. What is not in use but older than something
-//! that is stays until that goes.
+//! reference is counted, and no closure or array is traced or moved. What is not in use but older than
+//! one that is stays until that goes. Values from outside, which refer to nothing in the heap, are moved
+//! down where a cut would spare them: else a loop that adds to an object would keep all of its rounds.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
-use crate::value::Value;
+use renderer::object::Object;
+
+use crate::value::{Closure, Value};
 use crate::word::{Tag, Word};
 
 /// Bytes of a reference-counted allocation besides its content: two counts and the allocator's own.
 const SHARED_BYTES: usize = 32;
+
+/// Bytes that an object or a light owns.
+pub(crate) const OBJECT_BYTES: u64 = Object::<Arc<Closure>>::NODE_BYTES as u64;
 
 /// Closures, arrays, and what words cannot hold.
 #[derive(Clone, Default)]
@@ -37,6 +44,18 @@ struct Foreign {
     address: usize,
     /// Bytes outside when it came, its own included.
     outside_bytes: u64,
+}
+
+impl Foreign {
+    /// Bytes that are free once it is dropped, at least.
+    fn bytes_freed(&self) -> u64 {
+        let is_last = match &self.value {
+            Value::Object(object) => !object.is_shared(),
+            Value::Light(light) => Arc::strong_count(light) == 1,
+            _ => false,
+        };
+        size_of::<Foreign>() as u64 + if is_last { OBJECT_BYTES } else { 0 }
+    }
 }
 
 /// A closure or an array as it is outside the machine.
@@ -182,6 +201,48 @@ impl Heap {
             if self.foreign.last().is_some_and(is_behind) || !self.exports.is_empty() {
                 self.cut_outside(n_cells);
             }
+        }
+    }
+
+    /// Cuts the heap behind so many cells, but for the strings, objects and lights that these words refer
+    /// to. Since such values refer to nothing in the heap, they can be moved to its new end.
+    pub(crate) fn cut_around(&mut self, n_cells: usize, in_use: &mut [Word]) {
+        let n_foreign = self.foreign.partition_point(|foreign| foreign.address < n_cells);
+        let refers_behind = |word: &Word| word.is_foreign() && word.address() >= n_foreign;
+        let mut kept: Vec<usize> =
+            in_use.iter().filter(|word| refers_behind(word)).map(|word| word.address()).collect();
+        if kept.is_empty() {
+            return self.cut(n_cells);
+        }
+        kept.sort_unstable();
+        kept.dedup();
+        for word in in_use.iter_mut().filter(|word| refers_behind(word)) {
+            let place = kept.partition_point(|index| *index < word.address());
+            word.x = (n_foreign + place) as u64;
+        }
+        let (mut rest, mut moved) = (&kept[..], Vec::with_capacity(kept.len()));
+        // The youngest go first: what others hold goes after those.
+        while self.foreign.len() > n_foreign
+            && let Some(foreign) = self.foreign.pop()
+        {
+            match rest.split_last() {
+                Some((last, before)) if *last == self.foreign.len() => {
+                    rest = before;
+                    moved.push(foreign);
+                }
+                _ => self.outside_bytes -= foreign.bytes_freed(),
+            }
+        }
+        self.exports.retain(|address, _| *address < n_cells);
+        for export in self.exports.values_mut() {
+            export.n_foreign = export.n_foreign.min(n_foreign);
+        }
+        self.n_cut += (self.cells.len() - n_cells) as u64;
+        self.cells.truncate(n_cells);
+        while let Some(foreign) = moved.pop() {
+            // Whatever they or other values outside still hold is counted until all of them go.
+            let (address, outside_bytes) = (self.allocate(0), self.outside_bytes);
+            self.foreign.push(Foreign { address, outside_bytes, ..foreign });
         }
     }
 

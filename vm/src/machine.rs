@@ -168,8 +168,9 @@ impl<'p> Machine<'p> {
             self.n_looked_at += n_words;
             let closures = [callee, self.closure].map(|at| Word::new(Tag::Closure, at as u64));
             let in_use = self.stack.as_slice().iter().chain(&closures);
-            let end = in_use.map(|word| self.heap.end(*word)).fold(self.mark, usize::max);
-            self.heap.cut(end);
+            let in_place = in_use.filter(|word| !word.is_foreign());
+            let end = in_place.map(|word| self.heap.end(*word)).fold(self.mark, usize::max);
+            self.heap.cut_around(end, self.stack.as_mut_slice());
         }
         self.mark = self.heap.n_cells();
     }

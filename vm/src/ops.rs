@@ -10,6 +10,7 @@ use renderer::light::Light;
 use renderer::object::{Object, ShapeKind, TransformOp};
 
 use crate::error::Problem;
+use crate::heap::OBJECT_BYTES;
 use crate::host::{Host, RenderJob};
 use crate::machine::Machine;
 use crate::value::{Closure, Value};
@@ -31,7 +32,7 @@ pub(crate) fn operate(
     }
     let made = make(op, &take(op, machine)?)?;
     let tag = if let Value::Light(_) = made { Tag::Light } else { Tag::Object };
-    Ok(Some(machine.heap.adopt(tag, made, Solid::NODE_BYTES as u64)))
+    Ok(Some(machine.heap.adopt(tag, made, OBJECT_BYTES)))
 }
 
 /// Takes the operands from the stack, bottom first.

@@ -32,6 +32,11 @@ impl OperandStack {
         &self.slots[..self.len]
     }
 
+    /// The same, to be changed.
+    pub(crate) fn as_mut_slice(&mut self) -> &mut [Word] {
+        &mut self.slots[..self.len]
+    }
+
     /// The slots of values to be pushed, the last on top.
     #[inline(always)]
     pub(crate) fn push<const N: usize>(&mut self) -> &mut [Word; N] {

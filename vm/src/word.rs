@@ -54,6 +54,11 @@ impl Word {
         }
     }
 
+    /// Whether it refers to a value from outside that the heap holds.
+    pub(crate) fn is_foreign(self) -> bool {
+        matches!(self.tag, Tag::Str | Tag::Object | Tag::Light)
+    }
+
     /// Where in the heap it refers to.
     #[inline(always)]
     pub(crate) fn address(self) -> usize {

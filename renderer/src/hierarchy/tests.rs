@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::*;
+use crate::bounds::Bounds;
 use crate::numeric::vec3::Vec3;
 use crate::ray::{Conditioning, Medium, Ray};
 
@@ -45,7 +46,7 @@ impl Random {
 }
 
 fn hierarchy(boxes: &[Bounds]) -> Hierarchy {
-    Hierarchy::new((0..).zip(boxes.iter().copied()))
+    Hierarchy::new((0..).zip(boxes).map(|(number, bounds)| Item::new(number, bounds)).collect())
 }
 
 fn visited(hierarchy: &Hierarchy, line: &Line, t_end: f64) -> Vec<u32> {

@@ -129,13 +129,21 @@ pub(crate) fn forms(kind: ShapeKind) -> &'static [Form] {
     }
 }
 
+/// Faces that a shape has at most.
+pub(crate) const MAX_FACES: usize = 6;
+
+/// What is 0 where a point lies on a surface.
+pub(crate) fn height<R: Real>(form: &Form, p: Vec3<R>) -> R {
+    let coordinates: [R; 3] = p.into();
+    match *form {
+        Form::Quadric { signs, k } => R::signed_squares(signs, coordinates, k),
+        Form::Plane { axis, offset } => coordinates[axis] - R::from_f64(offset),
+    }
+}
+
 /// The faces, by bit, whose surfaces a point lies on, as far as its bounds can tell.
 pub(crate) fn faces_at(kind: ShapeKind, p: Vec3<Ball<Dd>>) -> u8 {
-    let coordinates: [Ball<Dd>; 3] = p.into();
-    let is_on = |form: &Form| match *form {
-        Form::Quadric { signs, k } => Ball::signed_squares(signs, coordinates, k).holds_zero(),
-        Form::Plane { axis, offset } => (coordinates[axis] - Ball::from_f64(offset)).holds_zero(),
-    };
+    let is_on = |form: &Form| height(form, p).holds_zero();
     let bits = forms(kind).iter().enumerate().map(|(face, form)| u8::from(is_on(form)) << face);
     bits.fold(0, |bits, bit| bits | bit)
 }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use renderer::object::ShapeKind;
+
 use super::*;
 use crate::value::Array;
 
@@ -43,6 +45,46 @@ fn foreign_values_have_their_place_among_the_cells() {
     heap.cut(heap.end(first));
     assert_eq!((heap.n_cells(), heap.foreign.len()), (1, 1));
     assert_eq!(heap.end(Word::new(Tag::Int, 12)), 0);
+}
+
+#[test]
+fn objects_in_use_move_to_where_the_heap_is_cut() {
+    let mut heap = Heap::default();
+    let surface = Arc::new(Closure::new(0, Vec::new()));
+    let array = heap.array(2);
+    let with_array = heap.n_bytes();
+    let adopt = |heap: &mut Heap, object: &Object<Arc<Closure>>| {
+        heap.adopt(Tag::Object, Value::Object(object.clone()), OBJECT_BYTES)
+    };
+    let sphere = || Object::shape(ShapeKind::Sphere, surface.clone());
+    let parts = [sphere(), sphere()];
+    let whole = parts[0].union(&parts[1]);
+    let other = parts[0].difference(&parts[1]);
+    adopt(&mut heap, &parts[0]);
+    adopt(&mut heap, &parts[1]);
+    let [unused, used] = [&other, &whole].map(|object| adopt(&mut heap, object));
+    let last = adopt(&mut heap, &sphere());
+    let n_bytes = heap.n_bytes();
+    drop((parts, other));
+
+    let mut in_use = [Word::new(Tag::Int, unused.x), last, used, array, last];
+    heap.cut_around(heap.end(array), &mut in_use);
+    let places = [unused.x, 1, 0, array.x, 1];
+    assert_eq!(in_use.map(|word| word.x), places);
+    assert_eq!(heap.n_cells(), 3 + 2);
+    // Three have gone, and the memory of the one that nobody holds.
+    let of_three = 3 * (size_of::<Foreign>() + size_of::<Word>()) as u64;
+    assert_eq!(heap.n_bytes(), n_bytes - of_three - OBJECT_BYTES);
+    assert!(matches!(heap.foreign(in_use[1]), Value::Object(last) if last.n_shapes() == 1));
+    let Value::Object(found) = heap.foreign(in_use[2]) else { panic!("an object was in use") };
+    assert_eq!(found.address(), whole.address());
+
+    // What is older than the cut stays where it is.
+    let mut again = in_use;
+    heap.cut_around(heap.n_cells(), &mut again);
+    assert_eq!(again.map(|word| word.x), places);
+    heap.cut(heap.end(array));
+    assert_eq!(heap.n_bytes(), with_array);
 }
 
 #[test]
