@@ -41,7 +41,8 @@ fn doubt() {
 }
 
 /// A bound from a sum of products of sizes, with room for its own roundings: fewer than 16 of 2^-53,
-/// of numbers that are not negative.
+/// of numbers that are not negative. Of a bound of [`LEAST`] or more, one of these is room as well for
+/// any number of results that fell below the range of doubles, by 2^-1075 each.
 #[inline(always)]
 fn up(bound: f64) -> f64 {
     const ROOM: f64 = 1.0 + 8.0 * f64::EPSILON;
@@ -63,6 +64,44 @@ impl<T: Bounding> Ball<T> {
     #[inline(always)]
     fn new((middle, error): (T, f64), radius: f64) -> Self {
         Ball { middle, radius: up(radius + error) }
+    }
+
+    /// Whether what an operation rounds off need not be found but is bounded by so much of its result:
+    /// if its operands make the result uncertain by `spread` anyway. They always do so by as much as
+    /// rounds off one of them, but for numbers that are exact, whose sums and products may be too.
+    #[inline(always)]
+    fn is_rough(spread: f64) -> bool {
+        T::ROUNDS_BY_UNITS && spread >= LEAST
+    }
+
+    /// A result that is this uncertain already, and of whose roundings the results are `rounded` in all.
+    #[inline(always)]
+    fn rough(middle: T, spread: f64, rounded: f64) -> Self {
+        Ball { middle, radius: up(spread + T::UNIT_ROUNDOFF * rounded) }
+    }
+
+    /// An inner product, and a term if there is one, of which what each operation rounds off is found.
+    #[inline(never)]
+    fn careful_dot(a: [Self; 3], b: [Self; 3], term: Option<Self>) -> Self {
+        let last = term.map_or_else(|| a[2] * b[2], |term| a[2].mul_add(b[2], term));
+        a[0].mul_add(b[0], a[1].mul_add(b[1], last))
+    }
+
+    #[inline(always)]
+    fn dot_and_any(a: [Self; 3], b: [Self; 3], term: Option<Self>) -> Self {
+        let of = |index: usize| radius_of_product(a[index], b[index]);
+        let spread = of(0) + of(1) + (of(2) + term.map_or(0.0, |term| term.radius));
+        if !Self::is_rough(spread) {
+            return Ball::careful_dot(a, b, term);
+        }
+        let last = a[2].middle;
+        let first = match term {
+            None => last * b[2].middle,
+            Some(term) => last.mul_add(b[2].middle, term.middle),
+        };
+        let second = a[1].middle.mul_add(b[1].middle, first);
+        let sum = a[0].middle.mul_add(b[0].middle, second);
+        Ball::rough(sum, spread, size(first) + size(second) + size(sum))
     }
 
     /// What bounds `x` from above, for a number of either sign.
@@ -115,7 +154,12 @@ impl<T: Bounding> Add for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Ball::new(T::sum(self.middle, other.middle), self.radius + other.radius)
+        let spread = self.radius + other.radius;
+        if Self::is_rough(spread) {
+            let sum = self.middle + other.middle;
+            return Ball::rough(sum, spread, size(sum));
+        }
+        Ball::new(T::sum(self.middle, other.middle), spread)
     }
 }
 
@@ -153,9 +197,13 @@ impl<T: Bounding> Mul for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
+        let spread = radius_of_product(self, other);
+        if Self::is_rough(spread) {
+            let product = self.middle * other.middle;
+            return Ball::rough(product, spread, size(product));
+        }
         let product = T::product(self.middle, other.middle);
-        Ball::new(product, radius_of_product(self, other))
-            .unless_tiny(|| is_exact_product(self, other))
+        Ball::new(product, spread).unless_tiny(|| is_exact_product(self, other))
     }
 }
 
@@ -168,6 +216,10 @@ impl<T: Bounding> Div for Ball<T> {
         let numerator = up(rest + self.radius + size(quotient) * other.radius);
         // Down, for the roundings of the difference.
         let denominator = (size(other.middle) - other.radius) * (1.0 - 4.0 * f64::EPSILON);
+        let radius = up(numerator / denominator);
+        if numerator >= LEAST && radius >= LEAST {
+            return Ball { middle: quotient, radius };
+        }
         let holds_zero = denominator <= 0.0 || denominator.is_nan();
         if holds_zero {
             return Ball { middle: quotient, radius: f64::INFINITY };
@@ -280,28 +332,85 @@ impl<T: Bounding> Real for Ball<T> {
     }
 
     #[inline(always)]
+    fn inverse_root(self) -> Self {
+        if !Self::is_rough(self.radius) {
+            return Self::ONE / self.sqrt_or_zero();
+        }
+        let inverse = T::ONE / self.middle.sqrt_or_zero();
+        let q = inverse.to_f64();
+        let relative = up(self.radius * q * q);
+        // NaN and what may be 0 or less are none of these.
+        if relative > 0.25 || relative.is_nan() {
+            return Self::ONE / self.sqrt_or_zero();
+        }
+        // 1/√(1 - e) is at most 1 + e/2 (1 + e) for e <= 1/4; the root and the quotient are rounded.
+        let growth = 0.5 * relative * (1.0 + relative);
+        Ball { middle: inverse, radius: up(q * (growth + 2.5 * T::UNIT_ROUNDOFF)) }
+    }
+
+    #[inline(always)]
+    fn with_sign(self, sign: f64) -> Self {
+        let middle = T::from_f64(sign) * self.middle;
+        // Any number times 0 is 0, but what is infinite or NaN is none.
+        let radius = if sign == 0.0 { size(middle) } else { self.radius };
+        Ball { middle, radius }
+    }
+
+    #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
+        let spread = radius_of_product(self, factor) + term.radius;
+        if Self::is_rough(spread) {
+            let sum = self.middle.mul_add(factor.middle, term.middle);
+            return Ball::rough(sum, spread, size(sum));
+        }
         let sum = T::product_sum(self.middle, factor.middle, term.middle);
-        Ball::new(sum, radius_of_product(self, factor) + term.radius)
+        Ball::new(sum, spread)
             .unless_tiny(|| term.radius == 0.0 && is_exact_product(self, factor))
     }
 
     #[inline(always)]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        Ball::dot_and_any(a, b, None)
+    }
+
+    #[inline(always)]
+    fn dot_and(a: [Self; 3], b: [Self; 3], term: Self) -> Self {
+        Ball::dot_and_any(a, b, Some(term))
+    }
+
+    #[inline(always)]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
+        let spread = radius_of_product(a, b) + radius_of_product(c, d);
+        if Self::is_rough(spread) {
+            let middles = [a, b, c, d].map(|x| x.middle);
+            let [a, b, c, d] = middles;
+            let difference = T::difference_of_products(a, b, c, d);
+            return Ball::rough(difference, spread, 2.0 * size(difference));
+        }
         let difference = T::product_difference(a.middle, b.middle, c.middle, d.middle);
-        Ball::new(difference, radius_of_product(a, b) + radius_of_product(c, d))
+        Ball::new(difference, spread)
             .unless_tiny(|| is_exact_product(a, b) && is_exact_product(c, d))
     }
 
     #[inline(always)]
     fn signed_squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Self {
-        let sum = T::squares(signs, p.map(|x| x.middle), k);
         let of_square = |index: usize| {
             let Ball { middle, radius } = p[index];
             if signs[index] == 0.0 { 0.0 } else { radius * (2.0 * size(middle) + radius) }
         };
+        let spread = of_square(0) + of_square(1) + of_square(2);
+        let middles = p.map(|x| x.middle);
+        if Self::is_rough(spread) {
+            let [x, y, z] = middles;
+            let [of_x, of_y, of_z] = signs.map(T::from_f64);
+            // Signs round nothing.
+            let first = (of_z * z).mul_add(z, T::from_f64(-k));
+            let second = (of_y * y).mul_add(y, first);
+            let sum = (of_x * x).mul_add(x, second);
+            return Ball::rough(sum, spread, size(first) + size(second) + size(sum));
+        }
         let is_exact = |x: Self| is_exact_product(x, x);
-        Ball::new(sum, of_square(0) + of_square(1) + of_square(2))
+        Ball::new(T::squares(signs, middles, k), spread)
             .unless_tiny(|| p.into_iter().all(is_exact))
     }
 

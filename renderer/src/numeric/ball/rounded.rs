@@ -10,6 +10,11 @@ pub type Rounded<T> = (T, f64);
 /// below [`LEAST`]. A result that is exact by an argument that costs little has a bound of 0, so that
 /// symmetric scenes, and what lies along an axis, stay exact.
 pub trait Bounding: Real {
+    /// Whether a sum, a product and [`Real::mul_add`] err by no more than one unit of roundoff of their
+    /// results, and [`Real::difference_of_products`] by no more than two: all but for what falls below
+    /// the range of doubles.
+    const ROUNDS_BY_UNITS: bool;
+
     /// `a + b`.
     fn sum(a: Self, b: Self) -> Rounded<Self>;
 
@@ -64,6 +69,8 @@ fn compensated<const N: usize>(terms: [f64; N], low_parts: f64, low_size: f64) -
 }
 
 impl Bounding for f64 {
+    const ROUNDS_BY_UNITS: bool = true;
+
     #[inline(always)]
     fn sum(a: f64, b: f64) -> Rounded<f64> {
         let sum = two_sum(a, b);
@@ -163,6 +170,8 @@ impl Dd {
 
 // Whole, these are too long to stand wherever the tracer uses them.
 impl Bounding for Dd {
+    const ROUNDS_BY_UNITS: bool = false;
+
     #[inline]
     fn sum(a: Dd, b: Dd) -> Rounded<Dd> {
         let sum = a + b;
