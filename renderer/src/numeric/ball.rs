@@ -3,7 +3,9 @@
 //! An operation on balls gives a ball that holds the result of the operation on real numbers,
 //! whichever real numbers the operands stand for. Its radius sums up what the radii of the operands
 //! become and what the operation itself rounds off; no rounding mode is ever changed. A result that
-//! was not rounded adds nothing ("residual" bounds), so that exact zeros stay exact.
+//! was not rounded adds nothing ("residual" bounds), so that exact numbers stay exact. Finding that out
+//! is half of the time that balls of doubles take, so that there are balls of [rough](rough::Rough) doubles too,
+//! which do so for zeros alone.
 //!
 //! A comparison of balls that overlap cannot be decided. It then answers as the middles say, and
 //! leaves a mark, which [`Real::take_doubt`] asks for and takes away: what followed from the answer is
@@ -17,6 +19,7 @@ use crate::numeric::ball::rounded::{Bounding, LEAST};
 use crate::numeric::dd::{DD_ERROR, Dd};
 use crate::numeric::real::Real;
 
+pub mod rough;
 pub mod rounded;
 #[cfg(test)]
 mod tests;
@@ -40,12 +43,13 @@ fn doubt() {
     DOUBT.set(true);
 }
 
+/// Room for fewer than 16 roundings of 2^-53.
+const ROOM: f64 = 1.0 + 8.0 * f64::EPSILON;
+
 /// A bound from a sum of products of sizes, with room for its own roundings: fewer than 16 of 2^-53,
-/// of numbers that are not negative. Of a bound of [`LEAST`] or more, one of these is room as well for
-/// any number of results that fell below the range of doubles, by 2^-1075 each.
+/// of numbers that are not negative.
 #[inline(always)]
 fn up(bound: f64) -> f64 {
-    const ROOM: f64 = 1.0 + 8.0 * f64::EPSILON;
     bound * ROOM
 }
 
@@ -63,45 +67,8 @@ impl<T: Bounding> Ball<T> {
 
     #[inline(always)]
     fn new((middle, error): (T, f64), radius: f64) -> Self {
-        Ball { middle, radius: up(radius + error) }
-    }
-
-    /// Whether what an operation rounds off need not be found but is bounded by so much of its result:
-    /// if its operands make the result uncertain by `spread` anyway. They always do so by as much as
-    /// rounds off one of them, but for numbers that are exact, whose sums and products may be too.
-    #[inline(always)]
-    fn is_rough(spread: f64) -> bool {
-        T::ROUNDS_BY_UNITS && spread >= LEAST
-    }
-
-    /// A result that is this uncertain already, and of whose roundings the results are `rounded` in all.
-    #[inline(always)]
-    fn rough(middle: T, spread: f64, rounded: f64) -> Self {
-        Ball { middle, radius: up(spread + T::UNIT_ROUNDOFF * rounded) }
-    }
-
-    /// An inner product, and a term if there is one, of which what each operation rounds off is found.
-    #[inline(never)]
-    fn careful_dot(a: [Self; 3], b: [Self; 3], term: Option<Self>) -> Self {
-        let last = term.map_or_else(|| a[2] * b[2], |term| a[2].mul_add(b[2], term));
-        a[0].mul_add(b[0], a[1].mul_add(b[1], last))
-    }
-
-    #[inline(always)]
-    fn dot_and_any(a: [Self; 3], b: [Self; 3], term: Option<Self>) -> Self {
-        let of = |index: usize| radius_of_product(a[index], b[index]);
-        let spread = of(0) + of(1) + (of(2) + term.map_or(0.0, |term| term.radius));
-        if !Self::is_rough(spread) {
-            return Ball::careful_dot(a, b, term);
-        }
-        let last = a[2].middle;
-        let first = match term {
-            None => last * b[2].middle,
-            Some(term) => last.mul_add(b[2].middle, term.middle),
-        };
-        let second = a[1].middle.mul_add(b[1].middle, first);
-        let sum = a[0].middle.mul_add(b[0].middle, second);
-        Ball::rough(sum, spread, size(first) + size(second) + size(sum))
+        let radius = radius + error;
+        Ball { middle, radius: radius.mul_add(ROOM, T::floor(radius)) }
     }
 
     /// What bounds `x` from above, for a number of either sign.
@@ -122,7 +89,7 @@ impl<T: Bounding> Ball<T> {
     #[inline(always)]
     fn unless_tiny(self, is_exact: impl FnOnce() -> bool) -> Self {
         // NaN is not tiny.
-        if self.radius < LEAST && !(self.radius == 0.0 && is_exact()) {
+        if !T::HAS_FLOOR && self.radius < LEAST && !(self.radius == 0.0 && is_exact()) {
             return Ball { radius: LEAST, ..self };
         }
         self
@@ -154,12 +121,9 @@ impl<T: Bounding> Add for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        let spread = self.radius + other.radius;
-        if Self::is_rough(spread) {
-            let sum = self.middle + other.middle;
-            return Ball::rough(sum, spread, size(sum));
-        }
-        Ball::new(T::sum(self.middle, other.middle), spread)
+        // Nothing falls below the range of doubles in a sum.
+        let (middle, error) = T::sum(self.middle, other.middle);
+        Ball { middle, radius: up(self.radius + other.radius + error) }
     }
 }
 
@@ -182,7 +146,7 @@ impl<T: Bounding> Neg for Ball<T> {
 /// What the radii of two factors become in their product.
 #[inline(always)]
 fn radius_of_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> f64 {
-    size(a.middle) * b.radius + a.radius * (size(b.middle) + b.radius)
+    size(a.middle).mul_add(b.radius, a.radius * (size(b.middle) + b.radius))
 }
 
 /// Whether a product that seems to be exact is: nothing of it can have been lost to underflow.
@@ -197,13 +161,9 @@ impl<T: Bounding> Mul for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let spread = radius_of_product(self, other);
-        if Self::is_rough(spread) {
-            let product = self.middle * other.middle;
-            return Ball::rough(product, spread, size(product));
-        }
         let product = T::product(self.middle, other.middle);
-        Ball::new(product, spread).unless_tiny(|| is_exact_product(self, other))
+        Ball::new(product, radius_of_product(self, other))
+            .unless_tiny(|| is_exact_product(self, other))
     }
 }
 
@@ -216,8 +176,10 @@ impl<T: Bounding> Div for Ball<T> {
         let numerator = up(rest + self.radius + size(quotient) * other.radius);
         // Down, for the roundings of the difference.
         let denominator = (size(other.middle) - other.radius) * (1.0 - 4.0 * f64::EPSILON);
-        let radius = up(numerator / denominator);
-        if numerator >= LEAST && radius >= LEAST {
+        if T::HAS_FLOOR {
+            // The numerator is 0 for an exact 0 alone, however much it is divided by.
+            let radius = up(numerator / denominator) + T::floor(numerator);
+            let radius = if denominator > 0.0 { radius } else { f64::INFINITY };
             return Ball { middle: quotient, radius };
         }
         let holds_zero = denominator <= 0.0 || denominator.is_nan();
@@ -282,7 +244,8 @@ impl<T: Bounding> Real for Ball<T> {
 
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
-        Ball { middle: T::from_f64(value), radius: 0.0 }
+        let middle = T::from_f64(value);
+        Ball { middle, radius: middle.least_radius() }
     }
 
     #[inline]
@@ -299,7 +262,7 @@ impl<T: Bounding> Real for Ball<T> {
         } else {
             (value - Dd::from(middle.to_f64())).to_f64().abs()
         };
-        Ball { middle, radius: up(error + rounding) }
+        Ball::new((middle, rounding), error + middle.least_radius())
     }
 
     #[inline(always)]
@@ -321,7 +284,7 @@ impl<T: Bounding> Real for Ball<T> {
         let spread = rest + self.radius;
         if s * s > spread && s > LEAST {
             // The root of x' differs by |x' - s²| / (√x' + s), where x' is not negative.
-            return Ball { middle: root, radius: up(spread / s) };
+            return Ball::new((root, 0.0), spread / s);
         }
         if spread == 0.0 && s == 0.0 {
             return Self::ZERO;
@@ -333,19 +296,17 @@ impl<T: Bounding> Real for Ball<T> {
 
     #[inline(always)]
     fn inverse_root(self) -> Self {
-        if !Self::is_rough(self.radius) {
-            return Self::ONE / self.sqrt_or_zero();
-        }
         let inverse = T::ONE / self.middle.sqrt_or_zero();
         let q = inverse.to_f64();
         let relative = up(self.radius * q * q);
-        // NaN and what may be 0 or less are none of these.
-        if relative > 0.25 || relative.is_nan() {
+        // NaN, and what may be 0 or less, are none of these.
+        let is_small = relative <= 0.25;
+        if !T::HAS_FLOOR || !is_small {
             return Self::ONE / self.sqrt_or_zero();
         }
-        // 1/√(1 - e) is at most 1 + e/2 (1 + e) for e <= 1/4; the root and the quotient are rounded.
+        // 1/√(1 - e) is at most 1 + e/2 (1 + e) for e <= 1/4. The root and the quotient are rounded.
         let growth = 0.5 * relative * (1.0 + relative);
-        Ball { middle: inverse, radius: up(q * (growth + 2.5 * T::UNIT_ROUNDOFF)) }
+        Ball::new((inverse, 2.5 * T::UNIT_ROUNDOFF * q), q * growth)
     }
 
     #[inline(always)]
@@ -359,34 +320,23 @@ impl<T: Bounding> Real for Ball<T> {
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
         let spread = radius_of_product(self, factor) + term.radius;
-        if Self::is_rough(spread) {
-            let sum = self.middle.mul_add(factor.middle, term.middle);
-            return Ball::rough(sum, spread, size(sum));
-        }
         let sum = T::product_sum(self.middle, factor.middle, term.middle);
-        Ball::new(sum, spread)
-            .unless_tiny(|| term.radius == 0.0 && is_exact_product(self, factor))
+        Ball::new(sum, spread).unless_tiny(|| term.radius == 0.0 && is_exact_product(self, factor))
     }
 
     #[inline(always)]
     fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
-        Ball::dot_and_any(a, b, None)
+        T::inner_product(a, b, None)
     }
 
     #[inline(always)]
     fn dot_and(a: [Self; 3], b: [Self; 3], term: Self) -> Self {
-        Ball::dot_and_any(a, b, Some(term))
+        T::inner_product(a, b, Some(term))
     }
 
     #[inline(always)]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
         let spread = radius_of_product(a, b) + radius_of_product(c, d);
-        if Self::is_rough(spread) {
-            let middles = [a, b, c, d].map(|x| x.middle);
-            let [a, b, c, d] = middles;
-            let difference = T::difference_of_products(a, b, c, d);
-            return Ball::rough(difference, spread, 2.0 * size(difference));
-        }
         let difference = T::product_difference(a.middle, b.middle, c.middle, d.middle);
         Ball::new(difference, spread)
             .unless_tiny(|| is_exact_product(a, b) && is_exact_product(c, d))
@@ -400,18 +350,8 @@ impl<T: Bounding> Real for Ball<T> {
         };
         let spread = of_square(0) + of_square(1) + of_square(2);
         let middles = p.map(|x| x.middle);
-        if Self::is_rough(spread) {
-            let [x, y, z] = middles;
-            let [of_x, of_y, of_z] = signs.map(T::from_f64);
-            // Signs round nothing.
-            let first = (of_z * z).mul_add(z, T::from_f64(-k));
-            let second = (of_y * y).mul_add(y, first);
-            let sum = (of_x * x).mul_add(x, second);
-            return Ball::rough(sum, spread, size(first) + size(second) + size(sum));
-        }
         let is_exact = |x: Self| is_exact_product(x, x);
-        Ball::new(T::squares(signs, middles, k), spread)
-            .unless_tiny(|| p.into_iter().all(is_exact))
+        Ball::new(T::squares(signs, middles, k), spread).unless_tiny(|| p.into_iter().all(is_exact))
     }
 
     fn power(base: Self, exponent: f64) -> Self {
@@ -455,7 +395,7 @@ impl<T: Bounding> Real for Ball<T> {
         }
         // A point moves around the axis by at most as much as it moves by, over its distance.
         let moved = spread / (rest * std::f64::consts::TAU);
-        Ball::new((turns, error), up(moved)).unless_tiny(|| false)
+        Ball::new((turns, error), moved.max(LEAST))
     }
 
     #[inline(always)]
