@@ -223,10 +223,11 @@ impl<R: Real> Traceable for Scene<R> {
 
 impl Traceable for CertainScene {
     fn build(job: &RenderJob<'_>, omissions: Omissions) -> (Self, Vec<Arc<Closure>>) {
-        // Both number the surface functions alike: in the order of the operands.
+        // All number the surface functions alike: in the order of the operands.
         let (exact, _) = Scene::build(job, omissions);
-        let (quick, functions) = Scene::build(job, omissions);
-        (CertainScene::new(quick, exact), functions)
+        let (double, _) = Scene::build(job, omissions);
+        let (rough, functions) = Scene::build(job, omissions);
+        (CertainScene::new(rough, double, exact), functions)
     }
 
     fn used(&self, plan: &Plan) -> Use {

@@ -120,9 +120,10 @@ fn by_engines<R: Real>(job: &RenderJob<'_>, omissions: Omissions) -> [Outcome; 2
 
 /// The pixels of a certified image; none if a surface function fails.
 fn certain(job: &RenderJob<'_>, omissions: Omissions) -> Vec<[u8; 3]> {
-    let (quick, surfaces) = scene(&job.object);
+    let (rough, surfaces) = scene(&job.object);
+    let (double, _) = scene(&job.object);
     let (exact, _) = scene(&job.object);
-    let scene = CertainScene::new(quick, exact).leaving_out(omissions);
+    let scene = CertainScene::new(rough, double, exact).leaving_out(omissions);
     let shaders = Shaders::new(job.program, &surfaces, LIMITS, Tiering::Eager);
     let illumination = job.illumination(Dialect::Auto);
     let found = certify(&scene, &illumination, &view(job), || shaders.worker(), &|_| {});

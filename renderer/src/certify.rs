@@ -1,12 +1,14 @@
 //! Images whose pixels are certain, or said not to be.
 //!
-//! A pixel is traced in balls of doubles. Where a decision hangs on more than those tell, it is traced
-//! again in balls of double-double; and where they leave it open too, which takes an exact tie, or
-//! something very near to one, the rules for ties decide, and the pixel is said to hang on them.
+//! A pixel is traced in balls of rough doubles. Where a decision hangs on more than those tell, which
+//! may be that a result is exact, it is traced again in balls of doubles, and then in balls of
+//! double-double; and where they leave it open too, which takes an exact tie, or something very near to
+//! one, the rules for ties decide, and the pixel is said to hang on them.
 
-use crate::camera::{ImagePoint, View};
+use crate::camera::{Grid, ImagePoint, View};
 use crate::image::{Image, Pixel};
 use crate::numeric::ball::Ball;
+use crate::numeric::ball::rough::Rough;
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
@@ -33,40 +35,58 @@ pub enum Certainty {
 /// A scene in the numbers that certain images need.
 #[derive(Debug)]
 pub struct CertainScene {
-    quick: Scene<Ball<f64>>,
+    rough: Scene<Ball<Rough>>,
+    double: Scene<Ball<f64>>,
     exact: Scene<Ball<Dd>>,
 }
 
 impl CertainScene {
     /// As [`Scene::BYTES_PER_SHAPE`].
-    pub const BYTES_PER_SHAPE: u64 =
-        Scene::<Ball<f64>>::BYTES_PER_SHAPE + Scene::<Ball<Dd>>::BYTES_PER_SHAPE;
+    pub const BYTES_PER_SHAPE: u64 = Scene::<Ball<Rough>>::BYTES_PER_SHAPE
+        + Scene::<Ball<f64>>::BYTES_PER_SHAPE
+        + Scene::<Ball<Dd>>::BYTES_PER_SHAPE;
 
-    /// Makes it of the same scene in both.
+    /// Makes it of the same scene in all of them.
     #[must_use]
-    pub fn new(quick: Scene<Ball<f64>>, exact: Scene<Ball<Dd>>) -> Self {
-        CertainScene { quick, exact }
+    pub fn new(
+        rough: Scene<Ball<Rough>>,
+        double: Scene<Ball<f64>>,
+        exact: Scene<Ball<Dd>>,
+    ) -> Self {
+        CertainScene { rough, double, exact }
     }
 
     /// As [`Scene::leaving_out`].
     #[must_use]
     pub fn leaving_out(self, omissions: Omissions) -> Self {
-        let CertainScene { quick, exact } = self;
-        let (quick, exact) = (quick.leaving_out(omissions), exact.leaving_out(omissions));
-        CertainScene { quick, exact }
+        let CertainScene { rough, double, exact } = self;
+        CertainScene {
+            rough: rough.leaving_out(omissions),
+            double: double.leaving_out(omissions),
+            exact: exact.leaving_out(omissions),
+        }
     }
 
     /// What it uses of the model.
     #[must_use]
     pub fn used(&self, illumination: &Illumination) -> Use {
-        Use::of(&self.quick, illumination)
+        Use::of(&self.rough, illumination)
     }
 }
 
+/// Where so many pixels in a row are left open by balls of rough doubles, the next will be as well: then
+/// one in so many is tried in them.
+const MAX_OPEN: u32 = 4;
+
 /// What one thread finds pixels with.
 struct Worker<'s, E> {
-    quick: Shader<'s, Ball<f64>, E>,
+    rough: Shader<'s, Ball<Rough>, E>,
+    double: Shader<'s, Ball<f64>, E>,
     exact: Shader<'s, Ball<Dd>, E>,
+    row: u32,
+    /// How many of its pixels in a row have been left open by balls of rough doubles, up to the last that
+    /// was tried.
+    n_open: u32,
 }
 
 impl<'s, E: SurfaceEval> Worker<'s, E> {
@@ -76,14 +96,31 @@ impl<'s, E: SurfaceEval> Worker<'s, E> {
         surfaces: impl Fn() -> E,
     ) -> Self {
         Worker {
-            quick: Shader::new(&scene.quick, illumination, surfaces()).giving_up(),
+            rough: Shader::new(&scene.rough, illumination, surfaces()).giving_up(),
+            double: Shader::new(&scene.double, illumination, surfaces()).giving_up(),
             exact: Shader::new(&scene.exact, illumination, surfaces()),
+            row: 0,
+            n_open: 0,
         }
     }
 
     /// As [`Shader::for_pixels`].
     fn for_pixels<P: Pixel>(self) -> Self {
-        Worker { quick: self.quick.for_pixels::<P>(), exact: self.exact.for_pixels::<P>() }
+        Worker {
+            rough: self.rough.for_pixels::<P>(),
+            double: self.double.for_pixels::<P>(),
+            exact: self.exact.for_pixels::<P>(),
+            ..self
+        }
+    }
+
+    /// Whether a pixel is tried in balls of rough doubles: of a stretch of a row that these leave open,
+    /// only some are. Rows are asked for from left to right, so that this depends on nothing else.
+    fn tries_roughly(&mut self, column: u32, row: u32) -> bool {
+        if self.row != row {
+            (self.row, self.n_open) = (row, 0);
+        }
+        self.n_open < MAX_OPEN || column.is_multiple_of(MAX_OPEN)
     }
 }
 
@@ -101,23 +138,28 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Certified<P>, Failure<E::Error>> {
-    let (quick_grid, exact_grid) = (view.grid(1), view.grid(1));
+    let (rough_grid, double_grid, exact_grid) = (view.grid(1), view.grid(1), view.grid(1));
     let make = || Worker::new(scene, illumination, &worker).for_pixels::<P>();
     let (found, workers) = pixels(view, 1, make, progress, |worker, column, row| {
-        let Worker { quick, exact } = worker;
-        let light = quick.radiance(&quick_grid, ImagePoint::centre(column, row));
-        if let Ok(light) = light
-            && let (pixel, None) = certain::<_, _, P>(quick, light)
-        {
+        let tries_roughly = worker.tries_roughly(column, row);
+        let Worker { rough, double, exact, n_open, .. } = worker;
+        let at = ImagePoint::centre(column, row);
+        let mut found = None;
+        if tries_roughly {
+            found = if_certain::<_, _, P>(rough, &rough_grid, at);
+            *n_open = if found.is_some() { 0 } else { *n_open + 1 };
+        }
+        if let Some(pixel) = found.or_else(|| if_certain(double, &double_grid, at)) {
             return Ok((pixel, Certainty::Double));
         }
-        let light = exact.radiance(&exact_grid, ImagePoint::centre(column, row))?;
+        let light = exact.radiance(&exact_grid, at)?;
         let (pixel, doubt) = certain(exact, light);
         Ok((pixel, doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
     })?;
     let mut counts = RayCounts::default();
-    for Worker { quick, exact } in workers {
-        counts.add(&quick.counts);
+    for Worker { rough, double, exact, .. } in workers {
+        counts.add(&rough.counts);
+        counts.add(&double.counts);
         counts.add(&exact.counts);
     }
     let (pixels, certainties) = found.into_iter().unzip();
@@ -147,12 +189,12 @@ pub fn accounts<E: SurfaceEval + Send>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Option<[Account; 3]>>, Failure<E::Error>> {
-    let (quick_grid, exact_grid) = (view.grid(1), view.grid(1));
+    let (double_grid, exact_grid) = (view.grid(1), view.grid(1));
     let make = || Worker::new(scene, illumination, &worker);
     let (accounts, _) = pixels(view, 1, make, progress, |worker, column, row| {
-        let Worker { quick, exact } = worker;
-        let rough = quick.radiance(&quick_grid, ImagePoint::centre(column, row)).ok();
-        let rough = rough.filter(|_| quick.doubt.is_none());
+        let Worker { double, exact, .. } = worker;
+        let rough = double.radiance(&double_grid, ImagePoint::centre(column, row)).ok();
+        let rough = rough.filter(|_| double.doubt.is_none());
         let light = exact.radiance(&exact_grid, ImagePoint::centre(column, row))?;
         Ok(exact.doubt.is_none().then(|| account(rough, light)))
     })?;
@@ -183,4 +225,15 @@ fn certain<R: Real, E: SurfaceEval, P: Pixel>(
     let [least, most] = [0, 1].map(|end| P::from_linear(ends.map(|ends| ends[end])));
     let doubt = (!is_finite || least != most).then_some(Doubt::Color);
     (P::from_linear(light.map(R::to_f64).into()), shader.doubt.or(doubt))
+}
+
+/// A pixel, if a shader finds it for certain.
+fn if_certain<R: Real, E: SurfaceEval, P: Pixel>(
+    shader: &mut Shader<'_, R, E>,
+    grid: &Grid<R>,
+    at: ImagePoint,
+) -> Option<P> {
+    let light = shader.radiance(grid, at).ok()?;
+    let (pixel, doubt) = certain(shader, light);
+    doubt.is_none().then_some(pixel)
 }

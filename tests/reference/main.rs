@@ -131,8 +131,9 @@ fn traced<R: Real>(job: &RenderJob<'_>, view: &View) -> Result<Bytes, Box<Diagno
 /// With bounded shaders, without which doubles can certify no texture.
 fn certified(job: &RenderJob<'_>, view: &View) -> Result<(Bytes, Vec<Certainty>), Box<Diagnostic>> {
     let (exact, _) = surfaces::scene(&job.object);
-    let (quick, surfaces) = surfaces::scene(&job.object);
-    let scene = CertainScene::new(quick, exact);
+    let (double, _) = surfaces::scene(&job.object);
+    let (rough, surfaces) = surfaces::scene(&job.object);
+    let scene = CertainScene::new(rough, double, exact);
     let shaders = Shaders::new(job.program, &surfaces, LIMITS, Tiering::Eager);
     let illumination = job.illumination(Dialect::Auto);
     let result = certify(&scene, &illumination, view, || shaders.worker(), &|_| {});

@@ -68,10 +68,7 @@ impl<R: Real> Affine<R> {
     #[inline(always)]
     pub fn transposed_vector(&self, v: Vec3<R>) -> Vec3<R> {
         let [x, y, z] = self.rows;
-        Vec3::new(
-            x.x.mul_add(v.x, y.x.mul_add(v.y, z.x * v.z)),
-            x.y.mul_add(v.x, y.y.mul_add(v.y, z.y * v.z)),
-            x.z.mul_add(v.x, y.z.mul_add(v.y, z.z * v.z)),
-        )
+        let along = |column: [R; 3]| R::dot(column, v.into());
+        Vec3::new(along([x.x, y.x, z.x]), along([x.y, y.y, z.y]), along([x.z, y.z, z.z]))
     }
 }

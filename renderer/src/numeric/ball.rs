@@ -3,7 +3,9 @@
 //! An operation on balls gives a ball that holds the result of the operation on real numbers,
 //! whichever real numbers the operands stand for. Its radius sums up what the radii of the operands
 //! become and what the operation itself rounds off; no rounding mode is ever changed. A result that
-//! was not rounded adds nothing ("residual" bounds), so that exact zeros stay exact.
+//! was not rounded adds nothing ("residual" bounds), so that exact numbers stay exact. Finding that out
+//! is half of the time that balls of doubles take, so that there are balls of [rough](rough::Rough) doubles too,
+//! which do so for zeros alone.
 //!
 //! A comparison of balls that overlap cannot be decided. It then answers as the middles say, and
 //! leaves a mark, which [`Real::take_doubt`] asks for and takes away: what followed from the answer is
@@ -17,6 +19,7 @@ use crate::numeric::ball::rounded::{Bounding, LEAST};
 use crate::numeric::dd::{DD_ERROR, Dd};
 use crate::numeric::real::Real;
 
+pub mod rough;
 pub mod rounded;
 #[cfg(test)]
 mod tests;
@@ -40,11 +43,13 @@ fn doubt() {
     DOUBT.set(true);
 }
 
+/// Room for fewer than 16 roundings of 2^-53.
+const ROOM: f64 = 1.0 + 8.0 * f64::EPSILON;
+
 /// A bound from a sum of products of sizes, with room for its own roundings: fewer than 16 of 2^-53,
 /// of numbers that are not negative.
 #[inline(always)]
 fn up(bound: f64) -> f64 {
-    const ROOM: f64 = 1.0 + 8.0 * f64::EPSILON;
     bound * ROOM
 }
 
@@ -62,7 +67,8 @@ impl<T: Bounding> Ball<T> {
 
     #[inline(always)]
     fn new((middle, error): (T, f64), radius: f64) -> Self {
-        Ball { middle, radius: up(radius + error) }
+        let radius = radius + error;
+        Ball { middle, radius: radius.mul_add(ROOM, T::floor(radius)) }
     }
 
     /// What bounds `x` from above, for a number of either sign.
@@ -83,7 +89,7 @@ impl<T: Bounding> Ball<T> {
     #[inline(always)]
     fn unless_tiny(self, is_exact: impl FnOnce() -> bool) -> Self {
         // NaN is not tiny.
-        if self.radius < LEAST && !(self.radius == 0.0 && is_exact()) {
+        if !T::HAS_FLOOR && self.radius < LEAST && !(self.radius == 0.0 && is_exact()) {
             return Ball { radius: LEAST, ..self };
         }
         self
@@ -115,7 +121,9 @@ impl<T: Bounding> Add for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        Ball::new(T::sum(self.middle, other.middle), self.radius + other.radius)
+        // Nothing falls below the range of doubles in a sum.
+        let (middle, error) = T::sum(self.middle, other.middle);
+        Ball { middle, radius: up(self.radius + other.radius + error) }
     }
 }
 
@@ -138,7 +146,7 @@ impl<T: Bounding> Neg for Ball<T> {
 /// What the radii of two factors become in their product.
 #[inline(always)]
 fn radius_of_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> f64 {
-    size(a.middle) * b.radius + a.radius * (size(b.middle) + b.radius)
+    size(a.middle).mul_add(b.radius, a.radius * (size(b.middle) + b.radius))
 }
 
 /// Whether a product that seems to be exact is: nothing of it can have been lost to underflow.
@@ -168,6 +176,12 @@ impl<T: Bounding> Div for Ball<T> {
         let numerator = up(rest + self.radius + size(quotient) * other.radius);
         // Down, for the roundings of the difference.
         let denominator = (size(other.middle) - other.radius) * (1.0 - 4.0 * f64::EPSILON);
+        if T::HAS_FLOOR {
+            // The numerator is 0 for an exact 0 alone, however much it is divided by.
+            let radius = up(numerator / denominator) + T::floor(numerator);
+            let radius = if denominator > 0.0 { radius } else { f64::INFINITY };
+            return Ball { middle: quotient, radius };
+        }
         let holds_zero = denominator <= 0.0 || denominator.is_nan();
         if holds_zero {
             return Ball { middle: quotient, radius: f64::INFINITY };
@@ -230,7 +244,8 @@ impl<T: Bounding> Real for Ball<T> {
 
     #[inline(always)]
     fn from_f64(value: f64) -> Self {
-        Ball { middle: T::from_f64(value), radius: 0.0 }
+        let middle = T::from_f64(value);
+        Ball { middle, radius: middle.least_radius() }
     }
 
     #[inline]
@@ -247,7 +262,7 @@ impl<T: Bounding> Real for Ball<T> {
         } else {
             (value - Dd::from(middle.to_f64())).to_f64().abs()
         };
-        Ball { middle, radius: up(error + rounding) }
+        Ball::new((middle, rounding), error + middle.least_radius())
     }
 
     #[inline(always)]
@@ -269,7 +284,7 @@ impl<T: Bounding> Real for Ball<T> {
         let spread = rest + self.radius;
         if s * s > spread && s > LEAST {
             // The root of x' differs by |x' - s²| / (√x' + s), where x' is not negative.
-            return Ball { middle: root, radius: up(spread / s) };
+            return Ball::new((root, 0.0), spread / s);
         }
         if spread == 0.0 && s == 0.0 {
             return Self::ZERO;
@@ -280,29 +295,63 @@ impl<T: Bounding> Real for Ball<T> {
     }
 
     #[inline(always)]
+    fn inverse_root(self) -> Self {
+        let inverse = T::ONE / self.middle.sqrt_or_zero();
+        let q = inverse.to_f64();
+        let relative = up(self.radius * q * q);
+        // NaN, and what may be 0 or less, are none of these.
+        let is_small = relative <= 0.25;
+        if !T::HAS_FLOOR || !is_small {
+            return Self::ONE / self.sqrt_or_zero();
+        }
+        // 1/√(1 - e) is at most 1 + e/2 (1 + e) for e <= 1/4. The root and the quotient are rounded.
+        let growth = 0.5 * relative * (1.0 + relative);
+        Ball::new((inverse, 2.5 * T::UNIT_ROUNDOFF * q), q * growth)
+    }
+
+    #[inline(always)]
+    fn with_sign(self, sign: f64) -> Self {
+        let middle = T::from_f64(sign) * self.middle;
+        // Any number times 0 is 0, but what is infinite or NaN is none.
+        let radius = if sign == 0.0 { size(middle) } else { self.radius };
+        Ball { middle, radius }
+    }
+
+    #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
+        let spread = radius_of_product(self, factor) + term.radius;
         let sum = T::product_sum(self.middle, factor.middle, term.middle);
-        Ball::new(sum, radius_of_product(self, factor) + term.radius)
-            .unless_tiny(|| term.radius == 0.0 && is_exact_product(self, factor))
+        Ball::new(sum, spread).unless_tiny(|| term.radius == 0.0 && is_exact_product(self, factor))
+    }
+
+    #[inline(always)]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        T::inner_product(a, b, None)
+    }
+
+    #[inline(always)]
+    fn dot_and(a: [Self; 3], b: [Self; 3], term: Self) -> Self {
+        T::inner_product(a, b, Some(term))
     }
 
     #[inline(always)]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
+        let spread = radius_of_product(a, b) + radius_of_product(c, d);
         let difference = T::product_difference(a.middle, b.middle, c.middle, d.middle);
-        Ball::new(difference, radius_of_product(a, b) + radius_of_product(c, d))
+        Ball::new(difference, spread)
             .unless_tiny(|| is_exact_product(a, b) && is_exact_product(c, d))
     }
 
     #[inline(always)]
     fn signed_squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Self {
-        let sum = T::squares(signs, p.map(|x| x.middle), k);
         let of_square = |index: usize| {
             let Ball { middle, radius } = p[index];
             if signs[index] == 0.0 { 0.0 } else { radius * (2.0 * size(middle) + radius) }
         };
+        let spread = of_square(0) + of_square(1) + of_square(2);
+        let middles = p.map(|x| x.middle);
         let is_exact = |x: Self| is_exact_product(x, x);
-        Ball::new(sum, of_square(0) + of_square(1) + of_square(2))
-            .unless_tiny(|| p.into_iter().all(is_exact))
+        Ball::new(T::squares(signs, middles, k), spread).unless_tiny(|| p.into_iter().all(is_exact))
     }
 
     fn power(base: Self, exponent: f64) -> Self {
@@ -346,7 +395,7 @@ impl<T: Bounding> Real for Ball<T> {
         }
         // A point moves around the axis by at most as much as it moves by, over its distance.
         let moved = spread / (rest * std::f64::consts::TAU);
-        Ball::new((turns, error), up(moved)).unless_tiny(|| false)
+        Ball::new((turns, error), moved.max(LEAST))
     }
 
     #[inline(always)]

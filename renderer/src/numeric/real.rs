@@ -61,9 +61,37 @@ pub trait Real:
     #[must_use]
     fn sqrt_or_zero(self) -> Self;
 
+    /// 1 over the square root of a number above 0.
+    #[must_use]
+    #[inline(always)]
+    fn inverse_root(self) -> Self {
+        Self::ONE / self.sqrt_or_zero()
+    }
+
+    /// The product with a sign: -1, 0 or 1.
+    #[must_use]
+    #[inline(always)]
+    fn with_sign(self, sign: f64) -> Self {
+        Self::from_f64(sign) * self
+    }
+
     /// `self * factor + term` with one rounding; of double-double, while 2^-44 of the terms is left.
     #[must_use]
     fn mul_add(self, factor: Self, term: Self) -> Self;
+
+    /// The inner product.
+    #[must_use]
+    #[inline(always)]
+    fn dot(a: [Self; 3], b: [Self; 3]) -> Self {
+        a[0].mul_add(b[0], a[1].mul_add(b[1], a[2] * b[2]))
+    }
+
+    /// The inner product and a number, added up.
+    #[must_use]
+    #[inline(always)]
+    fn dot_and(a: [Self; 3], b: [Self; 3], term: Self) -> Self {
+        a[0].mul_add(b[0], a[1].mul_add(b[1], a[2].mul_add(b[2], term)))
+    }
 
     /// `a*b - c*d` with a relative error of at most 3 roundings, however much of it cancels; of
     /// double-double, while 2^-44 of the terms is left (Kahan; see Jeannerod, Louvet and Muller,

@@ -51,13 +51,13 @@ impl<R: Real> Vec3<R> {
     /// The inner product.
     #[inline(always)]
     pub fn dot(self, other: Self) -> R {
-        self.x.mul_add(other.x, self.y.mul_add(other.y, self.z * other.z))
+        R::dot(self.into(), other.into())
     }
 
     /// The inner product and a number, added up.
     #[inline(always)]
     pub fn dot_and(self, other: Self, number: R) -> R {
-        self.x.mul_add(other.x, self.y.mul_add(other.y, self.z.mul_add(other.z, number)))
+        R::dot_and(self.into(), other.into(), number)
     }
 
     /// The cross product, each component to 1.5 units in the last place.
@@ -76,6 +76,13 @@ impl<R: Real> Vec3<R> {
     #[must_use]
     pub fn scaled_by(self, other: Self) -> Self {
         Vec3 { x: self.x * other.x, y: self.y * other.y, z: self.z * other.z }
+    }
+
+    /// Component by component, times signs: -1, 0 or 1.
+    #[inline(always)]
+    #[must_use]
+    pub fn with_signs(self, [x, y, z]: [f64; 3]) -> Self {
+        Vec3 { x: self.x.with_sign(x), y: self.y.with_sign(y), z: self.z.with_sign(z) }
     }
 
     /// Applies a function to each component.
@@ -106,7 +113,7 @@ impl<R: Real> Vec3<R> {
 
     #[inline(always)]
     fn over_its_length(self) -> Self {
-        self * (R::ONE / self.dot(self).sqrt_or_zero())
+        self * self.dot(self).inverse_root()
     }
 
     #[cold]

@@ -190,7 +190,7 @@ pub(crate) fn settled<R: Real>(coordinate: R, size: f64) -> R {
 #[inline(always)]
 pub(crate) fn normal<R: Real>(kind: ShapeKind, face: u8, p: Vec3<R>) -> Vec3<R> {
     match forms(kind)[face as usize] {
-        Form::Quadric { signs, .. } => p.scaled_by(Vec3::from_f64s(signs)),
+        Form::Quadric { signs, .. } => p.with_signs(signs),
         Form::Plane { axis, offset } => {
             // The lower bound of an axis faces down, but for the half-space y <= 0.
             let up = offset > 0.0 || kind == ShapeKind::Plane;

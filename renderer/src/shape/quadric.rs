@@ -22,9 +22,8 @@ impl<R: Real> Quadratic<R> {
     /// `a` and the discriminant come from the shape, which knows best how to compute them.
     #[inline(always)]
     pub(crate) fn new(ray: &LocalRay<R>, signs: [f64; 3], k: f64, a: R, discriminant: R) -> Self {
-        let [sx, sy, sz] = signs.map(R::from_f64);
         let (o, d) = (ray.origin, ray.dir);
-        let b = -((sx * o.x).mul_add(d.x, (sy * o.y).mul_add(d.y, sz * o.z * d.z)));
+        let b = -o.with_signs(signs).dot(d);
         if ray.is_on(0) {
             // The origin is a root: what c differs from 0 by is rounding.
             return Quadratic { a, b, c: R::ZERO, discriminant: b * b };
@@ -65,14 +64,18 @@ pub(crate) fn hit_point<R: Real>(
     k: f64,
     plus: bool,
 ) -> Vec3<R> {
-    let j = Vec3::from_f64s(signs);
     let (d, m) = (ray.dir, ray.moment);
     let a = R::signed_squares(signs, [d.x, d.y, d.z], 0.0);
     let s = (R::from_f64(k) * a - moment_form(signs, m)).sqrt_or_zero();
     let signed_s = if plus { s } else { -s };
+    // Dividing by a = |d|² loses nothing: balls, which take long, need not look for the other form.
+    let is_round = R::ASKS_FOR_BOUNDS && signs == [1.0; 3];
+    if is_round {
+        return (d.cross(m) + d * signed_s) * (R::ONE / a);
+    }
     // The line's point nearest to the origin, from where nothing is far.
     let near = d.cross(m) * (R::ONE / d.dot(d));
-    let b = -near.scaled_by(j).dot(d);
+    let b = -near.with_signs(signs).dot(d);
     // The form above divides by a, which is tiny for lines nearly parallel to a cylinder's axis or
     // a cone's generator. Counted from the near point o, the root c/q of these lines has another:
     // o q + c d = ±s o - (Jo) × m - k d. Each rounds terms of the size of its divisor's bound, |d|² and
@@ -83,8 +86,8 @@ pub(crate) fn hit_point<R: Real>(
     let q = if is_negative { b - s } else { b + s };
     let size = |x: R| x.to_f64().abs();
     if is_c_over_q && MUCH * size(a) * size(near.max_norm()) < size(q) * size(d.max_norm()) {
-        let from_near = near * -signed_s - near.scaled_by(j).cross(m) - d * R::from_f64(k);
+        let from_near = near * -signed_s - near.with_signs(signs).cross(m) - d * R::from_f64(k);
         return from_near * (R::ONE / q);
     }
-    (d.scaled_by(j).cross(m) + d * signed_s) * (R::ONE / a)
+    (d.with_signs(signs).cross(m) + d * signed_s) * (R::ONE / a)
 }

@@ -1,5 +1,6 @@
 //! Operations that say how far off their results are.
 
+use crate::numeric::ball::Ball;
 use crate::numeric::dd::{DD_ERROR, Dd, two_product, two_sum};
 use crate::numeric::real::{Real, is_by_squaring};
 
@@ -10,6 +11,33 @@ pub type Rounded<T> = (T, f64);
 /// below [`LEAST`]. A result that is exact by an argument that costs little has a bound of 0, so that
 /// symmetric scenes, and what lies along an axis, stay exact.
 pub trait Bounding: Real {
+    /// Whether [`Bounding::floor`] takes care of what falls below the range of doubles.
+    const HAS_FLOOR: bool = false;
+
+    /// Room for what has fallen below the range of doubles in a bound and in its result: none in a bound
+    /// of 0.
+    #[inline(always)]
+    fn floor(_: f64) -> f64 {
+        0.0
+    }
+
+    /// The radius that a ball of this number has at least.
+    #[inline(always)]
+    fn least_radius(self) -> f64 {
+        0.0
+    }
+
+    /// The inner product, and a number added to it.
+    #[inline(always)]
+    fn inner_product(
+        a: [Ball<Self>; 3],
+        b: [Ball<Self>; 3],
+        term: Option<Ball<Self>>,
+    ) -> Ball<Self> {
+        let last = term.map_or_else(|| a[2] * b[2], |term| a[2].mul_add(b[2], term));
+        a[0].mul_add(b[0], a[1].mul_add(b[1], last))
+    }
+
     /// `a + b`.
     fn sum(a: Self, b: Self) -> Rounded<Self>;
 

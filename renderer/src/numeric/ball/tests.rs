@@ -4,6 +4,7 @@
 use dashu_float::FBig;
 use dashu_float::round::mode::HalfEven;
 
+use super::rough::Rough;
 use super::*;
 
 type Big = FBig<HalfEven>;
@@ -27,6 +28,16 @@ impl Exactly for f64 {
 
     fn with_digits(hi: f64, _: f64) -> f64 {
         hi
+    }
+}
+
+impl Exactly for Rough {
+    fn exactly(self) -> Big {
+        big(self.to_f64())
+    }
+
+    fn with_digits(hi: f64, _: f64) -> Rough {
+        Rough::from_f64(hi)
     }
 }
 
@@ -92,19 +103,27 @@ fn assert_holds<T: Exactly>(ball: Ball<T>, number: &Big, what: &str) {
     let off = (ball.middle.exactly() - number).to_f64().value().abs();
     // The bound that is meant is exact; `off` is rounded.
     assert!(off <= ball.radius * (1.0 + f64::EPSILON), "{what}: {ball:?} is off by {off:e}");
+    // What is below the range of doubles is something nevertheless.
+    let is_exact = ball.middle.exactly() == *number;
+    assert!(ball.radius > 0.0 || is_exact, "{what}: {ball:?} is not exact");
 }
 
-/// Runs a case on many numbers, in both types.
-fn all(n: usize, mut in_f64: impl FnMut(&mut Numbers), mut in_dd: impl FnMut(&mut Numbers)) {
+/// Runs a case on many numbers, in all types.
+fn all(n: usize, in_types: [fn(&mut Numbers); 3]) {
     let mut numbers = Numbers(7);
     for _ in 0..n {
-        in_f64(&mut numbers);
-        in_dd(&mut numbers);
+        for case in in_types {
+            case(&mut numbers);
+        }
     }
 }
 
 fn operations<T: Exactly>(numbers: &mut Numbers) {
-    let [(a, x), (b, y), (c, z)] = [0; 3].map(|_| numbers.ball::<T>());
+    operations_on([0; 3].map(|_| numbers.ball::<T>()));
+    inner_products([0; 7].map(|_| numbers.ball::<T>()));
+}
+
+fn operations_on<T: Exactly>([(a, x), (b, y), (c, z)]: [(Ball<T>, Big); 3]) {
     assert_holds(a + b, &(&x + &y), "sum");
     assert_holds(a - b, &(&x - &y), "difference");
     assert_holds(a * b, &(&x * &y), "product");
@@ -115,6 +134,10 @@ fn operations<T: Exactly>(numbers: &mut Numbers) {
     }
     if x > Big::ZERO {
         assert_holds(a.sqrt_or_zero(), &x.sqrt(), "root");
+        assert_holds(a.inverse_root(), &(big(1.0) / x.sqrt()), "inverse root");
+    }
+    for sign in [-1.0, 0.0, 1.0] {
+        assert_holds(a.with_sign(sign), &(&x * big(sign)), "signed number");
     }
     let smaller = if x < y { &x } else { &y };
     let larger = if x < y { &y } else { &x };
@@ -122,9 +145,67 @@ fn operations<T: Exactly>(numbers: &mut Numbers) {
     assert_holds(a.max(b), larger, "maximum");
 }
 
+fn inner_products<T: Exactly>(numbers: [(Ball<T>, Big); 7]) {
+    let ball = |index: usize| numbers[index].0;
+    let product = |i: usize, j: usize| &numbers[i].1 * &numbers[j].1;
+    let (a, b) = ([0, 1, 2].map(ball), [3, 4, 5].map(ball));
+    let exact = product(0, 3) + product(1, 4) + product(2, 5);
+    assert_holds(Ball::dot(a, b), &exact, "inner product");
+    assert_holds(Ball::dot_and(a, b, ball(6)), &(exact + &numbers[6].1), "inner product and sum");
+    let exact = product(0, 3) - product(1, 4);
+    let found = Ball::difference_of_products(ball(0), ball(3), ball(1), ball(4));
+    assert_holds(found, &exact, "difference of products");
+    let exact = product(0, 0) - product(1, 1) + product(2, 2) - big(1.0);
+    let found = Ball::signed_squares([1.0, -1.0, 1.0], a, 1.0);
+    assert_holds(found, &exact, "squares");
+}
+
 #[test]
 fn operations_hold_their_results() {
-    all(20_000, operations::<f64>, operations::<Dd>);
+    all(20_000, [operations::<f64>, operations::<Rough>, operations::<Dd>]);
+}
+
+/// A ball of any scale that doubles have, those below the normal ones among them, or 0; and a number
+/// in it.
+fn of_any_scale<T: Exactly>(numbers: &mut Numbers) -> (Ball<T>, Big) {
+    let mut any = |least: f64| {
+        let scale = (2098.0 * numbers.unit() - 1074.0).max(least).round() as i32;
+        libm::scalbn(2.0 * numbers.unit() - 1.0, scale)
+    };
+    let (middle, radius) = (any(-1074.0), any(-1074.0).abs());
+    let is_small = radius < middle.abs();
+    let radius = if numbers.unit() < 0.4 && is_small { radius } else { 0.0 };
+    let middle = if numbers.unit() < 0.1 { 0.0 } else { middle };
+    let offset = if numbers.unit() < 0.5 { radius } else { -radius };
+    // From the least of doubles to the largest are 2098 bits.
+    let [middle_digits, offset] = [middle, offset].map(|x| big(x).with_precision(2400).value());
+    (Ball::from_bounded(Dd::from(middle), radius), middle_digits + offset)
+}
+
+fn operations_at_any_scale<T: Exactly>(numbers: &mut Numbers) {
+    operations_on([0; 3].map(|_| of_any_scale::<T>(numbers)));
+    inner_products([0; 7].map(|_| of_any_scale::<T>(numbers)));
+}
+
+#[test]
+fn rough_doubles_hold_their_results_at_any_scale() {
+    let mut numbers = Numbers(11);
+    for _ in 0..6_000 {
+        operations_at_any_scale::<Rough>(&mut numbers);
+    }
+}
+
+#[test]
+fn rough_doubles_know_zeros_alone_to_be_exact() {
+    let ball = Ball::<Rough>::from_f64;
+    let (zero, two, tiny) = (ball(0.0), ball(2.0), ball(1e-300));
+    let exact = [zero, -zero, two, zero * two, zero + zero, zero / two, zero.sqrt_or_zero()];
+    assert!(exact.iter().all(|ball| ball.radius == 0.0));
+    assert_eq!(Ball::dot([zero, two, zero], [two, zero, zero]).radius, 0.0);
+    assert_eq!(Ball::difference_of_products(zero, two, zero, two).radius, 0.0);
+    let rounded = [two * two, two + two, two / two, two - two * ball(1.0), tiny, tiny * tiny];
+    assert!(rounded.iter().all(|ball| ball.radius > 0.0));
+    assert!((tiny * tiny).radius < 1e-149);
 }
 
 /// Sums of products of which much cancels, or all.
@@ -154,7 +235,7 @@ fn cancelling<T: Exactly>(numbers: &mut Numbers) {
 
 #[test]
 fn sums_that_cancel_hold_their_results() {
-    all(20_000, cancelling::<f64>, cancelling::<Dd>);
+    all(20_000, [cancelling::<f64>, cancelling::<Rough>, cancelling::<Dd>]);
 }
 
 fn powers<T: Exactly>(numbers: &mut Numbers) {
@@ -173,7 +254,7 @@ fn powers<T: Exactly>(numbers: &mut Numbers) {
 
 #[test]
 fn powers_hold_their_results() {
-    all(3_000, powers::<f64>, powers::<Dd>);
+    all(3_000, [powers::<f64>, powers::<Rough>, powers::<Dd>]);
 }
 
 fn angles<T: Exactly>(numbers: &mut Numbers) {
@@ -195,7 +276,7 @@ fn angles<T: Exactly>(numbers: &mut Numbers) {
 
 #[test]
 fn angles_hold_their_results() {
-    all(5_000, angles::<f64>, angles::<Dd>);
+    all(5_000, [angles::<f64>, angles::<Rough>, angles::<Dd>]);
 }
 
 /// Whether something leaves a doubt.
