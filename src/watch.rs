@@ -21,8 +21,9 @@ use crate::failure::Failure;
 use crate::load::{self, is_stdio};
 use crate::report::Reporter;
 
-/// How often is looked for changes; the eye takes twice as long to notice.
-const PERIOD: Duration = Duration::from_millis(50);
+/// How often is looked for changes: little of the 300 ms after which a saved scene is to be seen, and still
+/// next to no work.
+const PERIOD: Duration = Duration::from_millis(20);
 
 /// The run that is under way, for whoever ends the process.
 static RUN: Mutex<Option<Child>> = Mutex::new(None);
