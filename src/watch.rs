@@ -45,8 +45,11 @@ pub(crate) fn watch(args: &RunArgs, line: &[OsString], reporter: &Reporter) -> R
     let program = std::env::current_exe().map_err(failed)?;
     loop {
         let before = Watched::now(&args.scene, &args.inputs);
-        let child = Command::new(&program).args(line).spawn().map_err(failed)?;
-        *run_under_way() = Some(child);
+        {
+            // Whoever ends the process waits until the run is known.
+            let mut run = run_under_way();
+            *run = Some(Command::new(&program).args(line).spawn().map_err(failed)?);
+        }
         reporter.detail(&format!("watching {} files and directories", before.0.len()));
         // An ended run is not left as a zombie.
         before.await_change(&|| {
