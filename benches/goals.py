@@ -2,27 +2,31 @@
 """Measures what docs/goals.md promises, where a test cannot, and prints a line for each.
 
     cargo build --release
-    python3 benches/goals.py [--gmlvm PATH] [--only kills,signals,hostile,memory,start] [--runs N]
+    python3 benches/goals.py [--gmlvm PATH] [--only kills,signals,hostile,memory,start,view] [--runs N]
 
 kills    kill -9 at random times: images and parts are whole or absent, and a resumed run has the same bytes
 signals  from SIGINT to the end of a run at 1920x1080, 50th, 99th percentile and longest
 hostile  time and memory of `check --untrusted` for texts made to take much of either
 memory   what `--max-memory` stops, by the memory of the process beyond that of an empty program
 start    from the start to the first pixel of a 1x1 image, interpreted and as machine code
+view     from saving a scene to its new image of 320x240 on the live page; at most 20 times each
 
 Ends with 1 if a file is torn. Only the standard library is used; Linux only.
 """
 
 import argparse
 import hashlib
+import json
 import os
 import random
+import shutil
 import signal
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
+import urllib.request
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -145,8 +149,46 @@ def start(gmlvm, folder, n_runs):
     return 0
 
 
+def view(gmlvm, folder, n_runs):
+    """Saves scenes as an editor does, and waits for the event of the whole image."""
+    shutil.copytree(ROOT / "scenes", folder / "scenes")
+    for name in ("hello", "marble", "die", "mirror-room"):
+        scene = folder / "scenes" / f"{name}.gml"
+        text = scene.read_text()
+        server = subprocess.Popen(
+            [str(a) for a in (gmlvm, "view", scene, "--size", "320x240")],
+            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
+        )
+        try:
+            events = urllib.request.urlopen(server.stdout.readline().strip() + "events")
+            run = await_event(events, "picture")["run"]
+            times = []
+            for number in range(min(n_runs, 20)):
+                # What is told of the image before is out of the way by then.
+                time.sleep(random.uniform(1.5, 2.0))
+                begun = time.monotonic()
+                scene.write_text(f"{text}% {number}\n")
+                while (event := await_event(events, "picture"))["run"] == run:
+                    pass
+                run = event["run"]
+                times.append(1000 * (time.monotonic() - begun))
+        finally:
+            server.kill()
+            server.wait()
+        print(f"view     {name}: {statistics.median(times):.0f} ms median, {max(times):.0f} ms longest of {len(times)}")
+    return 0
+
+
+def await_event(events, kind):
+    """The next event of a kind."""
+    for line in events:
+        if line.startswith(b"data:") and (event := json.loads(line[5:]))["event"] == kind:
+            return event
+    raise EOFError(kind)
+
+
 def main():
-    checks = {"kills": kills, "signals": signals, "hostile": hostile, "memory": memory, "start": start}
+    checks = {"kills": kills, "signals": signals, "hostile": hostile, "memory": memory, "start": start, "view": view}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--gmlvm", type=Path, default=ROOT / "target" / "release" / "gmlvm")
     parser.add_argument("--only", default=",".join(checks))

@@ -36,4 +36,4 @@ License: Apache-2.0
 TAIL
 } >"$made/copyright"
 
-cargo deb --no-build "$@"
+cargo deb --no-build --strip "$@"

@@ -21,8 +21,9 @@ use crate::failure::Failure;
 use crate::load::{self, is_stdio};
 use crate::report::Reporter;
 
-/// How often is looked for changes; the eye takes twice as long to notice.
-const PERIOD: Duration = Duration::from_millis(50);
+/// How often is looked for changes: little of the 300 ms after which a saved scene is to be seen, and still
+/// next to no work.
+const PERIOD: Duration = Duration::from_millis(20);
 
 /// The run that is under way, for whoever ends the process.
 static RUN: Mutex<Option<Child>> = Mutex::new(None);
@@ -44,8 +45,11 @@ pub(crate) fn watch(args: &RunArgs, line: &[OsString], reporter: &Reporter) -> R
     let program = std::env::current_exe().map_err(failed)?;
     loop {
         let before = Watched::now(&args.scene, &args.inputs);
-        let child = Command::new(&program).args(line).spawn().map_err(failed)?;
-        *run_under_way() = Some(child);
+        {
+            // Whoever ends the process waits until the run is known.
+            let mut run = run_under_way();
+            *run = Some(Command::new(&program).args(line).spawn().map_err(failed)?);
+        }
         reporter.detail(&format!("watching {} files and directories", before.0.len()));
         // An ended run is not left as a zombie.
         before.await_change(&|| {

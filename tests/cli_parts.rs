@@ -147,6 +147,15 @@ fn merging_names_and_formats() {
     assert_eq!(sandbox.read("3-c"), sandbox.read("single/c.png"));
     let ended = sandbox.run(&["merge", "p", "--output", "-"]);
     assert_eq!(ended.code, 2, "{}", ended.stderr);
+    // As with `run`, nothing is replaced if that is asked for.
+    sandbox.file("2-b", "precious");
+    let ended = sandbox.run(&["merge", "p", "--output", "{n}-{name}", "--no-clobber"]);
+    assert_eq!(ended.code, 3, "{}", ended.stderr);
+    assert!(ended.stderr.contains("could not write `1-a`: it exists already"), "{}", ended.stderr);
+    assert_eq!(sandbox.read("2-b"), b"precious");
+    ok(&sandbox.run(&["merge", "p", "--output", "{n}+{name}", "--no-clobber"]));
+    ok(&sandbox.run(&["merge", "p", "--output", "{n}-{name}"]));
+    assert_eq!(sandbox.read("2-b"), sandbox.read("2+b"));
     let ended = sandbox.run(&["merge", "p", "--format", "pfm", "-o", "none"]);
     assert_eq!(ended.code, 2);
     assert!(ended.stderr.contains("the parts hold bytes"), "{}", ended.stderr);

@@ -34,6 +34,18 @@ impl Pixel for [f32; 3] {
     }
 }
 
+/// The same in full, for differences that are smaller than 32 bits show.
+impl Pixel for [f64; 3] {
+    fn from_linear(color: [f64; 3]) -> Self {
+        color
+    }
+
+    #[inline]
+    fn shown(color: [f64; 3]) -> [f64; 3] {
+        color
+    }
+}
+
 /// Pixels, row by row from the upper left; `pixels.len() == width * height`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image<P> {

@@ -99,7 +99,7 @@ pub(crate) struct Shader<'s, R, E> {
     /// For each lamp, the component that was found last to be in its way.
     blockers: Vec<Option<u32>>,
     ambient: Vec3<R>,
-    surfaces: E,
+    pub(crate) surfaces: E,
     workspace: Workspace<R>,
     /// The path so far.
     path: Vec<Bounce<R>>,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use crate::args::ImageFormat;
+use crate::output::Existing;
 use crate::parts::shard::{self, ShardChoice};
 
 /// Where parts of images are kept, and which of them are this run's business.
@@ -39,12 +40,22 @@ pub(crate) struct MergeArgs {
     /// File format; without it that of the runs that made the parts
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<ImageFormat>,
+    /// Fail if an image exists already: no file is replaced
+    #[arg(long)]
+    no_clobber: bool,
     /// Leave rows black that are not there, and take it that there are no further images
     #[arg(long)]
     pub(crate) allow_missing: bool,
     /// Pixels of one image
     #[arg(long, value_name = "N", default_value_t = 1 << 28)]
     pub(crate) max_pixels: u64,
+}
+
+impl MergeArgs {
+    /// What becomes of a file that has an image's name.
+    pub(crate) fn existing(&self) -> Existing {
+        if self.no_clobber { Existing::Keep } else { Existing::Replace }
+    }
 }
 
 pub(super) const MERGE_ABOUT: &str = "\

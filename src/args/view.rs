@@ -13,7 +13,8 @@ is wrong with it.
 
 The address of the page is printed; open it in a browser on this machine. What is typed into the page, \
 or saved by any editor, is rendered at once, coarsely at first; a new run cancels the one before, and \
-errors leave the last good image. Nothing is written, unless --edit allows the page to save the scene.
+errors leave the last good image. Two images can be compared, and errors, costs and certainty be seen \
+pixel by pixel. Nothing is written, unless --edit allows the page to save the scene.
 
 The page is served to this machine only, under an address that cannot be guessed, until a signal ends \
 the command. Each run is a process of its own with the limits of --untrusted, which is implied; any \

@@ -8,7 +8,7 @@ use crate::args::{DiffArgs, ImageFormat, Metric};
 use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
-use crate::formats::{self, Picture, Pixels, Raster};
+use crate::formats::{self, Picture, Pixels, Raster, difference};
 use crate::output::Target;
 
 /// Exit code for images that differ.
@@ -105,20 +105,9 @@ fn compare(a: &Raster, b: &Raster, args: &DiffArgs) -> Comparison {
     }
 }
 
-/// Difference of each channel, in levels. NaN equals itself and is far from all else.
+/// Difference of each channel, in levels.
 fn differences(a: &[f32; 3], b: &[f32; 3]) -> [f64; 3] {
-    std::array::from_fn(|idx| {
-        let (a, b) = (f64::from(a[idx]), f64::from(b[idx]));
-        let is_same = a == b || (a.is_nan() && b.is_nan());
-        let difference = (a - b).abs();
-        if is_same {
-            0.0
-        } else if difference.is_nan() {
-            f64::INFINITY
-        } else {
-            difference
-        }
-    })
+    std::array::from_fn(|idx| difference(f64::from(a[idx]), f64::from(b[idx])))
 }
 
 fn json(comparison: &Comparison) -> String {

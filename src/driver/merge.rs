@@ -8,7 +8,7 @@ use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
-use crate::output::{Existing, Problem};
+use crate::output::Problem;
 use crate::parts::merge::{Merged, Parts};
 use crate::report::Reporter;
 use crate::run::naming::{Destination, Naming, Number, Sink};
@@ -53,7 +53,7 @@ fn write(
         Sink::File(target) => {
             let shown = clean(&target.shown().to_string_lossy()).into_owned();
             target
-                .write(Existing::Replace, &mut { fill })
+                .write(args.existing(), &mut { fill })
                 .map_err(|problem| unwritable(problem, &shown))?;
             shown
         }

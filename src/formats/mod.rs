@@ -110,6 +110,18 @@ fn n_pixels(width: u32, height: u32) -> Result<usize, String> {
     }
 }
 
+/// How far two channels are apart. NaN equals itself and is far from all else.
+pub(crate) fn difference(a: f64, b: f64) -> f64 {
+    let difference = (a - b).abs();
+    if a == b || (a.is_nan() && b.is_nan()) {
+        0.0
+    } else if difference.is_nan() {
+        f64::INFINITY
+    } else {
+        difference
+    }
+}
+
 /// A channel in levels, when `max` is full scale.
 fn level(value: u32, max: u32) -> f32 {
     (f64::from(value) * 255.0 / f64::from(max)) as f32

@@ -5,17 +5,17 @@
 //! editors know.
 
 use std::collections::BTreeMap;
-use std::io::{self, Write};
+use std::io;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread;
 
-use lsp_server::{ErrorCode, Message, Notification, Request, Response, ResponseError};
 use lsp_types::notification::{
     DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument,
     Notification as _, PublishDiagnostics,
 };
 use lsp_types::{Diagnostic, PublishDiagnosticsParams, Uri};
+use serde_json::Value;
 
 use crate::args::Inputs;
 use crate::args::lsp::LspArgs;
@@ -23,12 +23,14 @@ use crate::console;
 use crate::failure::Failure;
 use crate::lsp::check::{Job, Queue, Report};
 use crate::lsp::documents::{Document, Open};
+use crate::lsp::message::{ErrorCode, Message, Notification, Request, ResponseError};
 use crate::lsp::program::Program;
 use crate::lsp::transport::Received;
 
 mod answers;
 mod check;
 mod documents;
+mod message;
 mod program;
 mod requests;
 mod text;
@@ -123,10 +125,7 @@ impl Server {
     fn run(&mut self, incoming: &Receiver<Event>) -> Result<u8, Failure> {
         while let Ok(event) = incoming.recv() {
             match event {
-                Event::Received(Received::Broken(answer)) => {
-                    let written = transport::write_refusal(&mut io::stdout().lock(), &answer);
-                    written.map_err(|error| Failure::stdout(&error))?;
-                }
+                Event::Received(Received::Broken(answer)) => send(&answer)?,
                 Event::Received(Received::Message(Message::Notification(notification))) => {
                     if notification.method == "exit" {
                         return Ok(if self.phase == Phase::ShutDown { 0 } else { EXIT_UNASKED });
@@ -134,11 +133,10 @@ impl Server {
                     self.notified(notification)?;
                 }
                 Event::Received(Received::Message(Message::Request(request))) => {
-                    let response = self.respond(request);
-                    send(Message::Response(response))?;
+                    send(&self.respond(request))?;
                 }
                 // We ask for nothing.
-                Event::Received(Received::Message(Message::Response(_))) => {}
+                Event::Received(Received::Message(Message::Response { .. })) => {}
                 Event::Checked(report) => self.publish(report)?,
                 Event::Ended(Ok(())) => break,
                 Event::Ended(Err(error)) => {
@@ -152,7 +150,7 @@ impl Server {
         Ok(if self.phase == Phase::ShutDown { 0 } else { EXIT_UNASKED })
     }
 
-    fn respond(&mut self, request: Request) -> Response {
+    fn respond(&mut self, request: Request) -> Value {
         let Request { id, method, params } = request;
         let result = match (self.phase, method.as_str()) {
             (Phase::Fresh, "initialize") => {
@@ -160,18 +158,18 @@ impl Server {
                 requests::capabilities()
             }
             (Phase::Fresh, _) => {
-                Err(error(ErrorCode::ServerNotInitialized, "`initialize` comes first"))
+                Err(ResponseError::new(ErrorCode::ServerNotInitialized, "`initialize` comes first"))
             }
             (Phase::ShutDown, _) => {
-                Err(error(ErrorCode::InvalidRequest, "the server is shut down"))
+                Err(ResponseError::new(ErrorCode::InvalidRequest, "the server is shut down"))
             }
             (Phase::Initialized, "shutdown") => {
                 self.phase = Phase::ShutDown;
-                Ok(serde_json::Value::Null)
+                Ok(Value::Null)
             }
             (Phase::Initialized, _) => self.request(&method, params),
         };
-        Response { id, response_result: result }
+        message::response(&id, &result)
     }
 
     /// A notification that cannot be understood is passed over: it has no answer.
@@ -277,8 +275,7 @@ impl Server {
             }
             let version = self.document(&uri).map(|document| document.version);
             let params = PublishDiagnosticsParams { uri, diagnostics, version };
-            let method = PublishDiagnostics::METHOD.to_owned();
-            send(Message::Notification(Notification::new(method, params)))?;
+            send(&message::notification(PublishDiagnostics::METHOD, &params))?;
         }
         Ok(())
     }
@@ -297,15 +294,10 @@ impl Server {
 }
 
 /// The parameters of a notification, if they are such.
-fn typed<N: lsp_types::notification::Notification>(params: serde_json::Value) -> Option<N::Params> {
+fn typed<N: lsp_types::notification::Notification>(params: Value) -> Option<N::Params> {
     serde_json::from_value(params).ok()
 }
 
-fn error(code: ErrorCode, message: &str) -> ResponseError {
-    ResponseError { code: code as i32, message: message.to_owned(), data: None }
-}
-
-fn send(message: Message) -> Result<(), Failure> {
-    let mut stream = io::stdout().lock();
-    message.write(&mut stream).and_then(|()| stream.flush()).map_err(|e| Failure::stdout(&e))
+fn send(message: &Value) -> Result<(), Failure> {
+    transport::write(&mut io::stdout().lock(), message).map_err(|error| Failure::stdout(&error))
 }

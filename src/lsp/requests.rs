@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use lsp_server::{ErrorCode, ResponseError};
 use lsp_types::request::{
     CodeActionRequest, Completion, DocumentHighlightRequest, DocumentSymbolRequest, GotoDefinition,
     HoverRequest, PrepareRenameRequest, References, Rename, Request,
@@ -18,8 +17,9 @@ use lsp_types::{
 };
 use serde_json::Value;
 
+use crate::lsp::message::{ErrorCode, ResponseError};
 use crate::lsp::program::Program;
-use crate::lsp::{Server, answers, error};
+use crate::lsp::{Server, answers};
 
 type Answer = Result<Value, ResponseError>;
 
@@ -101,7 +101,10 @@ impl Server {
             }
             Rename::METHOD => self.rename(&typed::<Rename>(params)?),
             CodeActionRequest::METHOD => value(corrections(typed::<CodeActionRequest>(params)?)),
-            _ => Err(error(ErrorCode::MethodNotFound, &format!("`{method}` is not known"))),
+            _ => Err(ResponseError::new(
+                ErrorCode::MethodNotFound,
+                format!("`{method}` is not known"),
+            )),
         }
     }
 
@@ -124,7 +127,7 @@ impl Server {
             found.and_then(|program| answers::rename(&program, at.position, &params.new_name));
         match edits {
             Ok(edits) => value(changes(uri, edits)),
-            Err(reason) => Err(error(ErrorCode::RequestFailed, &reason)),
+            Err(reason) => Err(ResponseError::new(ErrorCode::RequestFailed, reason)),
         }
     }
 }
@@ -153,9 +156,9 @@ fn corrections(params: CodeActionParams) -> Vec<CodeActionOrCommand> {
 }
 
 fn typed<R: Request>(params: Value) -> Result<R::Params, ResponseError> {
-    serde_json::from_value(params).map_err(|e| error(ErrorCode::InvalidParams, &e.to_string()))
+    serde_json::from_value(params).map_err(|e| ResponseError::new(ErrorCode::InvalidParams, e))
 }
 
 fn value(result: impl serde::Serialize) -> Answer {
-    serde_json::to_value(result).map_err(|e| error(ErrorCode::InternalError, &e.to_string()))
+    serde_json::to_value(result).map_err(|e| ResponseError::new(ErrorCode::InternalError, e))
 }

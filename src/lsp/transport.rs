@@ -5,8 +5,9 @@
 
 use std::io::{self, BufRead, Read, Write};
 
-use lsp_server::{ErrorCode, Message};
-use serde_json::{Value, json};
+use serde_json::Value;
+
+use crate::lsp::message::{ErrorCode, Message, ResponseError, response};
 
 /// The longest message: a text of the greatest length in JSON, each byte escaped.
 const MAX_MESSAGE: u64 = 6 * compiler::source::MAX_SOURCE_BYTES as u64 + (1 << 20);
@@ -49,8 +50,7 @@ fn message(value: Value) -> Received {
 }
 
 fn refusal(id: &Value, code: ErrorCode, error: &serde_json::Error) -> Value {
-    let error = json!({ "code": code as i32, "message": error.to_string() });
-    json!({ "jsonrpc": "2.0", "id": id, "error": error })
+    response(id, &Err(ResponseError::new(code, error)))
 }
 
 /// The length that a header states; `None` at the end of the stream.
@@ -81,9 +81,9 @@ fn invalid(reason: &str) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, reason)
 }
 
-/// Writes what has been refused.
-pub(super) fn write_refusal(stream: &mut impl Write, answer: &Value) -> io::Result<()> {
-    let text = answer.to_string();
+/// Writes a message.
+pub(super) fn write(stream: &mut impl Write, message: &Value) -> io::Result<()> {
+    let text = message.to_string();
     write!(stream, "Content-Length: {}\r\n\r\n{text}", text.len())?;
     stream.flush()
 }

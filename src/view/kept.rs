@@ -1,17 +1,18 @@
 //! What is kept of an image that has been rendered, to tell what its pixels are about.
 
-use std::cell::Cell;
 use std::sync::{Arc, OnceLock};
 
 use compiler::bytecode::Origin;
 use compiler::scalar::Point;
 use compiler::source::SourceMap;
 use glam::DVec3;
+use rayon::ThreadPool;
 use renderer::camera::{Region, View};
 use renderer::certify::Certainty;
+use renderer::image::{Image, Pixel};
 use renderer::light::Light;
 use renderer::object::Object;
-use renderer::probe::{Seen, probe};
+use renderer::probe::{Cost, Seen, costs, probe};
 use renderer::sampling::Sampling;
 use renderer::scene::Scene;
 use renderer::surface::{Locate, SurfaceEval, SurfaceId, SurfaceSample};
@@ -29,6 +30,7 @@ use crate::driver;
 use crate::formats::Pixels;
 use crate::listing::text::evaluation;
 use crate::run::certainty::words;
+use crate::run::limits::Used;
 use crate::run::plan::Plan;
 use crate::run::stats::Rays;
 use crate::trace::{self, Traced};
@@ -48,7 +50,7 @@ pub(super) struct Kept {
     origin: Origin,
     pub(super) plan: Plan,
     pub(super) traced: Traced,
-    method: Method,
+    pub(super) method: Method,
     /// How many surface functions the images before have.
     first_surface: usize,
     /// The options, for tracing again.
@@ -119,17 +121,17 @@ impl Kept {
         let Pixels::Bytes(pixels) = &self.traced.picture.pixels else { return None };
         let color = pixels[y as usize * width as usize + x as usize];
         let (scene, functions) = self.scene.get_or_init(|| surfaces::scene(&self.object));
-        let instructions = Cell::new(0);
-        let counting = Counting::new(&self.program, functions, limits.machine(), &instructions);
+        let counting = Counting::new(&self.program, functions, limits.machine());
         let Plan { view, illumination } = &self.plan;
-        let found = probe(scene, illumination, view, [x, y], counting).ok()?;
+        let work = |counting: &Counting<'_>| counting.instructions;
+        let found = probe(scene, illumination, view, [x, y], counting, work).ok()?;
         let seen =
             found.seen.map(|seen| self.seen(&seen, &functions[seen.surface.0 as usize], sources));
         Some(json!({
             "color": color,
             "seen": seen,
             "rays": Rays::from(found.rays),
-            "instructions": instructions.get(),
+            "instructions": found.work,
             "certainty": self.certainty(x, y).as_ref().map(words),
         }))
     }
@@ -160,6 +162,36 @@ impl Kept {
         })
     }
 
+    /// What is traced, and its surface functions.
+    fn scene(&self) -> &(Scene, Vec<Arc<Closure>>) {
+        self.scene.get_or_init(|| surfaces::scene(&self.object))
+    }
+
+    /// What a plan says of the same job, traced again; none if a surface function fails, or the scene is
+    /// beyond a limit for these numbers.
+    pub(super) fn retraced<P: Pixel>(
+        &self,
+        plan: &Plan,
+        method: Method,
+        threads: &ThreadPool,
+    ) -> Option<Traced<Image<P>>> {
+        let (job, View { width, height, .. }) = (self.job(), plan.view);
+        self.args.limits.check(&job, Used::default(), width, height, method.precision).ok()?;
+        let settings = method.settings(&self.args, threads);
+        trace::trace_pixels(&job, plan, settings, &|_| {}).ok()
+    }
+
+    /// What the centres of all pixels take, on these threads; none if a surface function fails.
+    pub(super) fn costs(&self, threads: &ThreadPool) -> Option<Vec<Cost>> {
+        let Plan { view, illumination } = &self.plan;
+        let limits = self.args.limits.machine();
+        threads.install(|| {
+            let (scene, functions) = self.scene();
+            let worker = || Counting::new(&self.program, functions, limits);
+            costs(scene, illumination, view, worker, |counting| counting.instructions).ok()
+        })
+    }
+
     /// How the pixel's centre is known: found now, if the image is not of such pixels.
     fn certainty(&self, x: u32, y: u32) -> Option<Certainty> {
         let View { width, .. } = self.plan.view;
@@ -169,37 +201,31 @@ impl Kept {
         let threads = driver::threads(1).ok()?;
         let method =
             Method { precision: Precision::Certified, sampling: Sampling::Centre, ..self.method };
-        let settings = method.settings(&self.args, &threads);
         let view = View { region: Region { x, y, width: 1, height: 1 }, ..self.plan.view };
         let plan = Plan { view, illumination: self.plan.illumination.clone() };
-        let traced = trace::trace_job(&self.job(), &plan, settings, false, &|_| {}).ok()?;
+        let traced = self.retraced::<[u8; 3]>(&plan, method, &threads)?;
         traced.certainties?.get(y as usize * width as usize + x as usize).copied()
     }
 }
 
 /// An interpreter of surface functions that adds up the instructions it takes.
-struct Counting<'p, 'c> {
+struct Counting<'p> {
     inner: InterpSurfaces<'p>,
-    instructions: &'c Cell<u64>,
+    instructions: u64,
 }
 
-impl<'p, 'c> Counting<'p, 'c> {
-    fn new(
-        program: &'p Arc<LoadedProgram>,
-        functions: &'p [Arc<Closure>],
-        limits: Limits,
-        instructions: &'c Cell<u64>,
-    ) -> Self {
-        Counting { inner: InterpSurfaces::new(program, functions, limits), instructions }
+impl<'p> Counting<'p> {
+    fn new(program: &'p Arc<LoadedProgram>, functions: &'p [Arc<Closure>], limits: Limits) -> Self {
+        Counting { inner: InterpSurfaces::new(program, functions, limits), instructions: 0 }
     }
 }
 
-impl SurfaceEval for Counting<'_, '_> {
+impl SurfaceEval for Counting<'_> {
     type Error = Box<Error>;
 
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
         let sample = self.inner.eval(surface, at);
-        self.instructions.set(self.instructions.get() + self.inner.fuel_used());
+        self.instructions += self.inner.fuel_used();
         sample
     }
 }

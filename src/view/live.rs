@@ -16,7 +16,7 @@ use crate::args::{ImageFormat, ViewArgs};
 use crate::clean::{clean, shortened};
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
-use crate::run::certainty::{self, Known};
+use crate::run::certainty::Known;
 use crate::run::limits::Used;
 use crate::run::plan::{self, Plan};
 use crate::run::stats::Stats;
@@ -101,10 +101,8 @@ impl<'a> Live<'a> {
         let write_time = write_start.elapsed();
         out.send_with(json!({ "event": "picture", "image": image }), "image/png", &file);
         let known = traced.certainties.as_ref().map(|certainties| {
-            let marks = certainty::marks(certainties, &traced.picture);
             let known = Known::count(certainties);
-            let message = json!({ "event": "marks", "image": image, "line": known.line() });
-            out.send_with(message, "image/png", &png(&marks));
+            out.send(json!({ "event": "known", "image": image, "line": known.line() }));
             known
         });
         let lines = economy::uses(&traced);
@@ -130,7 +128,7 @@ impl Host for Live<'_> {
 }
 
 /// A picture as the bytes of a PNG file.
-fn png(picture: &Picture) -> Vec<u8> {
+pub(super) fn png(picture: &Picture) -> Vec<u8> {
     let mut file = Vec::new();
     let written: io::Result<()> = formats::write(ImageFormat::Png, picture, &mut file);
     written.expect("memory takes all, and the picture is of bytes");

@@ -20,6 +20,7 @@ mod extras;
 mod http;
 mod kept;
 mod live;
+mod maps;
 mod page;
 mod protocol;
 mod server;

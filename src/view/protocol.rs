@@ -1,7 +1,7 @@
 //! What the server of a page and the process that renders for it say to one another.
 //!
 //! The server writes a [`Task`] as one line of JSON, behind which the scene's text follows, and then a
-//! [`Look`] on each line. The worker answers with messages: a line of JSON that names an `event`, and
+//! [`Question`] on each line. The worker answers with messages: a line of JSON that names an `event`, and
 //! behind it as many bytes as its `bytes` says. What is wrong with the scene goes to the standard error,
 //! as `--message-format json` has it.
 
@@ -40,14 +40,49 @@ pub(super) struct Task {
     pub(super) choice: Choice,
 }
 
-/// A pixel that somebody points at.
+/// What somebody wants to know of an image.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Look {
+pub(super) struct Question {
     /// By which the answer is known.
     pub(super) id: u64,
     pub(super) image: usize,
-    pub(super) x: u32,
-    pub(super) y: u32,
+    pub(super) about: About,
+}
+
+/// What a question is about.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub(super) enum About {
+    /// A pixel that somebody points at.
+    Pixel { x: u32, y: u32 },
+    /// All pixels.
+    Map(Map),
+}
+
+/// What there is to know of all pixels of an image. Numbers have 32 bits, the lowest byte first, row by row
+/// from the upper left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Map {
+    /// Linear red, green and blue, not clamped, as the image was traced.
+    Light,
+    /// How far each of them is from the same traced with these numbers.
+    ErrorF64,
+    ErrorDd,
+    ErrorCertified,
+    /// The rays that the pixel's centre takes, and the instructions of surface functions.
+    Cost,
+    /// How the pixel's centre is known, as a picture.
+    Certainty,
+}
+
+/// The media type of maps of numbers.
+pub(super) const NUMBERS: &str = "application/octet-stream";
+
+impl Map {
+    /// The map of a name; none if there is no such map.
+    pub(super) fn named(name: &str) -> Option<Self> {
+        serde_json::from_value(json!(name)).ok()
+    }
 }
 
 impl Choice {

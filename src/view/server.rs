@@ -16,7 +16,7 @@ use serde_json::{Value, json};
 
 use crate::view::http::{self, Head, Status};
 use crate::view::page;
-use crate::view::protocol::Choice;
+use crate::view::protocol::{Choice, Map, NUMBERS};
 use crate::view::session::{File, Session};
 
 /// Connections at a time; a page has two or three. So many more are told that there is no room, and
@@ -189,19 +189,28 @@ impl Server {
             // A page that asks for what has been overtaken meanwhile has done nothing wrong.
             let event = self.session.event(number).ok_or((Status::NoContent, String::new()))?;
             let File { media_type, bytes } = event.file.as_ref().ok_or_else(not_found)?;
-            let known = ["image/png", "image/svg+xml", "application/json"];
-            let media_type = known.into_iter().find(|known| known == media_type);
-            return Ok((media_type.ok_or_else(not_found)?, bytes.clone()));
+            return Ok((known_type(media_type)?, bytes.clone()));
         }
-        if path == "icon.svg" {
-            return Ok(("image/svg+xml", page::ICON.into()));
+        if let Some((media_type, content)) = page::on_demand(path) {
+            return Ok((media_type, content.into()));
+        }
+        let value = |name: &str| {
+            let mut pairs = query.split('&').filter_map(|pair| pair.split_once('='));
+            pairs.find(|(n, _)| *n == name).map(|(_, value)| value)
+        };
+        let number = |name: &str| value(name).and_then(|value| value.parse::<u32>().ok());
+        if path == "map" {
+            let asked = (number("run"), number("image"), value("of").and_then(Map::named));
+            let (Some(run), Some(image), Some(map)) = asked else {
+                return Err((Status::BadRequest, "expected run, image and of".to_owned()));
+            };
+            let map = self.session.map(run.into(), image as usize, map);
+            return match map.ok_or((Status::NoContent, String::new()))? {
+                (_, Some(File { media_type, bytes })) => Ok((known_type(&media_type)?, bytes)),
+                (why, None) => Ok(of_json(&why)),
+            };
         }
         if path == "pixel" {
-            let number = |name: &str| {
-                let pairs = query.split('&').filter_map(|pair| pair.split_once('='));
-                let mut values = pairs.filter(|(n, _)| *n == name);
-                values.next().and_then(|(_, value)| value.parse::<u32>().ok())
-            };
             let asked = (number("run"), number("image"), number("x"), number("y"));
             let (Some(run), Some(image), Some(x), Some(y)) = asked else {
                 return Err((Status::BadRequest, "expected run, image, x and y".to_owned()));
@@ -247,6 +256,12 @@ impl Drop for Place {
 
 fn of_json(value: &Value) -> (&'static str, Vec<u8>) {
     ("application/json", value.to_string().into_bytes())
+}
+
+/// The media type of a worker's file, if it is one that a page takes.
+fn known_type(media_type: &str) -> Result<&'static str, (Status, String)> {
+    let known = ["image/png", "image/svg+xml", "application/json", NUMBERS];
+    known.into_iter().find(|known| *known == media_type).ok_or_else(not_found)
 }
 
 fn not_found() -> (Status, String) {

@@ -9,7 +9,7 @@ use std::fs;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
-use std::sync::mpsc::{self, Sender};
+use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
@@ -24,7 +24,7 @@ use crate::load;
 use crate::output::Target;
 use crate::report::plain_json;
 use crate::view::http::Status;
-use crate::view::protocol::{Choice, Look, Task};
+use crate::view::protocol::{About, Choice, Map, Question, Task};
 
 /// A message of a worker has a head and bytes of at most these lengths; it would have to be broken
 /// to send more.
@@ -40,6 +40,9 @@ const MAX_DIAGNOSTICS: u64 = 1 << 20;
 /// Pixels that may be asked for at once, and how long an answer may take.
 const MAX_LOOKS: usize = 8;
 const LOOK_TIME: Duration = Duration::from_secs(5);
+
+/// Maps that may be asked for at once; how long one may take is the worker's business.
+const MAX_MAPS: usize = 2;
 
 /// Something that a page is told.
 pub(super) struct Event {
@@ -67,6 +70,15 @@ struct Worker {
     input: Option<ChildStdin>,
 }
 
+/// Somebody who has asked a question.
+struct Waiting {
+    about: About,
+    answer: Sender<Answer>,
+}
+
+/// What a worker answers: in JSON, and with a file, if that says it.
+type Answer = (Value, Option<File>);
+
 struct State {
     /// The number of the last event.
     number: u64,
@@ -75,9 +87,9 @@ struct State {
     run: u64,
     good: Option<u64>,
     worker: Option<Worker>,
-    /// Who waits for a pixel.
-    looks: HashMap<u64, Sender<Value>>,
-    n_looks: u64,
+    /// Who waits for an answer of the worker.
+    waiting: HashMap<u64, Waiting>,
+    n_questions: u64,
     /// What is rendered, and how.
     text: Arc<str>,
     choice: Choice,
@@ -109,8 +121,8 @@ impl Session {
             run: 0,
             good: None,
             worker: None,
-            looks: HashMap::new(),
-            n_looks: 0,
+            waiting: HashMap::new(),
+            n_questions: 0,
             text: "".into(),
             choice: Choice::of(args),
             on_disk: None,
@@ -294,9 +306,9 @@ impl Session {
         if state.worker_of(run).is_none() {
             return;
         }
-        if message["event"] == "pixel" {
-            let waiting = message["id"].as_u64().and_then(|id| state.looks.remove(&id));
-            let _ = waiting.map(|waiting| waiting.send(message["pixel"].clone()));
+        if message["event"] == "answer" {
+            let waiting = message["id"].as_u64().and_then(|id| state.waiting.remove(&id));
+            let _ = waiting.map(|waiting| waiting.answer.send((message["answer"].clone(), file)));
             return;
         }
         let n_kept: usize = state.files_of(run).map(|file| file.bytes.len()).sum();
@@ -319,25 +331,38 @@ impl Session {
 
     /// What there is to know of a pixel; null if it is not to be had.
     pub(super) fn pixel(&self, run: u64, image: usize, x: u32, y: u32) -> Value {
-        let (sender, answer) = mpsc::channel();
-        let id = {
-            let mut state = self.state();
-            if state.looks.len() >= MAX_LOOKS {
-                return Value::Null;
-            }
-            state.n_looks += 1;
-            let look = Look { id: state.n_looks, image, x, y };
-            let Some(worker) = state.worker_of(run) else { return Value::Null };
-            let asked = worker.input.as_mut().map(|input| writeln!(input, "{}", json!(look)));
-            if !matches!(asked, Some(Ok(()))) {
-                return Value::Null;
-            }
-            state.looks.insert(look.id, sender);
-            look.id
+        let Some((id, answer)) = self.ask(run, image, About::Pixel { x, y }) else {
+            return Value::Null;
         };
         let answer = answer.recv_timeout(LOOK_TIME);
-        self.state().looks.remove(&id);
-        answer.unwrap_or(Value::Null)
+        self.state().waiting.remove(&id);
+        answer.map_or(Value::Null, |(answer, _)| answer)
+    }
+
+    /// What there is to know of all pixels of an image, or in JSON why it is not to be had; nothing if
+    /// the run is not the current one, or has been asked for too much already.
+    pub(super) fn map(&self, run: u64, image: usize, map: Map) -> Option<Answer> {
+        let (_, answer) = self.ask(run, image, About::Map(map))?;
+        // The worker answers, or is gone in time.
+        answer.recv().ok()
+    }
+
+    /// Asks the worker of a run; returns the question's number and where the answer comes.
+    fn ask(&self, run: u64, image: usize, about: About) -> Option<(u64, Receiver<Answer>)> {
+        let is_map = |about: &About| matches!(about, About::Map(_));
+        let max = if is_map(&about) { MAX_MAPS } else { MAX_LOOKS };
+        let mut state = self.state();
+        let alike = state.waiting.values().filter(|other| is_map(&other.about) == is_map(&about));
+        if alike.count() >= max {
+            return None;
+        }
+        state.n_questions += 1;
+        let id = state.n_questions;
+        let input = state.worker_of(run)?.input.as_mut()?;
+        writeln!(input, "{}", json!(Question { id, image, about })).ok()?;
+        let (sender, answer) = mpsc::channel();
+        state.waiting.insert(id, Waiting { about, answer: sender });
+        Some((id, answer))
     }
 
     /// The events after one, once there are any; none if there are none for this time.
@@ -404,7 +429,7 @@ impl State {
 
     /// Ends the worker, if there is one, and waits for its end.
     fn end_worker(&mut self) {
-        self.looks.clear();
+        self.waiting.clear();
         if let Some(mut worker) = self.worker.take() {
             let _ = worker.child.kill();
             let _ = worker.child.wait();

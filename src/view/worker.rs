@@ -24,7 +24,8 @@ use crate::run::stats::{Counts, Phases, Stats, seconds};
 use crate::view::extras;
 use crate::view::kept::Kept;
 use crate::view::live::Live;
-use crate::view::protocol::{Look, Method, Out, Task};
+use crate::view::maps;
+use crate::view::protocol::{About, Method, Out, Question, Task};
 use crate::watchdog;
 
 /// The images so far, for whoever looks at pixels.
@@ -54,7 +55,7 @@ pub(super) fn work(args: &ViewArgs, reporter: &Reporter) -> Result<u8, Failure> 
     let program = Arc::new(LoadedProgram::new(source.compile(reporter)?));
     let compile = seconds(compile_start.elapsed());
     let source: &'static Source<'_> = Box::leak(Box::new(source));
-    thread::spawn(|| answer(images, &source.sources, args, out));
+    thread::spawn(move || answer(images, &source.sources, args, out));
     let threads = driver::threads(args.threads.map_or(0, usize::from))?;
     let mut live = Live::new(args, method, &threads, out, images);
     let run_start = Instant::now();
@@ -132,16 +133,22 @@ fn limit_time(
 }
 
 /// Answers what is asked on the standard input; ends the process when that ends.
-fn answer(images: &Images, sources: &SourceMap, args: &ViewArgs, out: &Out) {
+fn answer(images: &Images, sources: &SourceMap, args: &'static ViewArgs, out: &'static Out) {
     for line in io::stdin().lock().lines() {
         let Ok(line) = line else { break };
-        let Ok(look) = serde_json::from_str::<Look>(&line) else { break };
+        let Ok(question) = serde_json::from_str::<Question>(&line) else { break };
+        let Question { id, image, about } = question;
         let image = {
             let images = images.lock().unwrap_or_else(PoisonError::into_inner);
-            images.get(look.image).cloned()
+            images.get(image).cloned()
         };
-        let pixel = image.and_then(|image| image.pixel(look.x, look.y, sources, args.limits));
-        out.send(json!({ "event": "pixel", "id": look.id, "pixel": pixel }));
+        match about {
+            About::Pixel { x, y } => {
+                let pixel = image.and_then(|image| image.pixel(x, y, sources, args.limits));
+                out.send(json!({ "event": "answer", "id": id, "answer": pixel }));
+            }
+            About::Map(map) => maps::answer(id, image, map, args, out),
+        }
     }
     std::process::exit(0);
 }

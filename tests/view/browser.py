@@ -1,7 +1,10 @@
 """The checks of the page of `gmlvm view` in a browser; run by browser.rs as
 browser.py GMLVM CHROMIUM DIRECTORY SCREENSHOTS."""
 
+import json
+import math
 import os
+import struct
 import subprocess
 import sys
 import time
@@ -185,6 +188,130 @@ def edits_are_saved(page):
     check(page.ask("document.getElementById('text').value") == SCENE, "the file is taken")
 
 
+def light(*options):
+    """The light of the scene as `gmlvm run` has it: numbers, row by row from the upper left."""
+    line = [GMLVM, "run", "s.gml", "--format", "pfm", "--output", "-", "-q", *options]
+    file = subprocess.run(line, cwd=DIRECTORY, capture_output=True, check=True).stdout
+    rows = file.split(b"\n-1.0\n", 1)[1]
+    size = 12 * 64
+    upright = b"".join(rows[at:at + size] for at in range(len(rows) - size, -1, -size))
+    return struct.unpack(f"<{len(upright) // 4}f", upright)
+
+
+def layer(page, name):
+    """Red, green and blue of all pixels of a canvas."""
+    return page.ask(f"""(() => {{
+        const canvas = document.getElementById("{name}");
+        const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", {{ willReadFrequently: true }});
+        copy.drawImage(canvas, 0, 0);
+        const all = copy.getImageData(0, 0, canvas.width, canvas.height).data;
+        return Array.from(all).filter((_, index) => index % 4 < 3); }})()""")
+
+
+def show(page, what):
+    """Chooses what lies over the image, and waits for it; returns how it is explained."""
+    page.page.select_option("#shows", what)
+    page.wait(f"(document.body.dataset.shown || '').split(' ')[1] === '{what}'")
+    return page.page.inner_text("#legend").replace("\n", " ")
+
+
+def images_are_looked_at_closely(page):
+    check(page.ask("document.scripts.length") == 1, "what compares images is fetched too early")
+    page.page.click("#inspect")
+    page.page.wait_for_selector("#shows")
+
+    # Exposure is a factor of the light, before that becomes bytes.
+    page.ask("(stops => { stops.value = 1; stops.dispatchEvent(new Event('input')); })(document.getElementById('stops'))")
+    page.wait("(document.body.dataset.shown || '').split(' ')[2] === '1'")
+    brighter = [min(255, max(0, math.floor(2 * 255 * number))) for number in light()]
+    check(layer(page, "overlay") == brighter, "the image is not a stop brighter")
+    page.page.press("#stops", "ArrowLeft")
+    page.page.press("#stops", "ArrowLeft")
+    page.wait("(document.body.dataset.shown || '').split(' ')[2] === '0'")
+    check(not page.page.is_visible("#overlay"), "the image as it is is covered")
+
+    # Errors are explained, and none is of the image and itself.
+    legend = show(page, "error-dd")
+    check("pixels differ" in legend or "pixels are the same" in legend, f"errors are not explained: {legend}")
+    check(page.ask("document.querySelector('#shows [value=error-f64]').disabled"), "an image differs from itself")
+
+    # Costs are those of the statistics.
+    stats = subprocess.run([GMLVM, "run", "s.gml", "--stats", "-", "--output", "a.ppm", "-q"], cwd=DIRECTORY, capture_output=True, check=True).stdout
+    rays = json.loads(stats)["rays"]
+    n_rays = rays["primary"] + rays["reflected"] + rays["shadow"]
+    legend = show(page, "rays")
+    check(f"{n_rays:,} rays" in legend, f"{n_rays:,} rays, but {legend}")
+    box = page.page.locator("#picture").bounding_box()
+    page.page.mouse.move(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    check(page.page.inner_text("#here").startswith("here "), "the value under the pointer is not told")
+    check("instructions" in show(page, "work"), "instructions are not explained")
+    check("boundary" in show(page, "certainty"), "certainty is not explained")
+    show(page, "image")
+
+
+def images_are_compared(page):
+    kept = page.pixels()
+    check(not page.page.is_visible("#divider"), "there is something to compare with")
+    page.page.click("#pin")
+    page.page.wait_for_selector("#divider")
+    page.type(SCENE.replace("0.25 1.0", "0.75 1.0"))
+    page.wait("document.getElementById('picture').dataset.run === document.body.dataset.run")
+    page.wait("(document.body.dataset.shown || '').split(' ')[0] === document.body.dataset.run")
+    check(page.pixels() != kept and layer(page, "before") == kept, "A is not what was kept")
+
+    def share():
+        return float(page.ask("document.getElementById('before').style.getPropertyValue('--share')").rstrip("%"))
+
+    # By the keyboard, and by dragging.
+    page.page.focus("#divider")
+    page.page.press("#divider", "Home")
+    check(share() == 0, f"A is shown to {share()} %")
+    page.page.press("#divider", "End")
+    check(share() == 100, f"A is shown to {share()} %")
+    page.page.press("#divider", "PageDown")
+    check(0 < share() < 100, f"A is shown to {share()} %")
+    box = page.page.locator("#stack").bounding_box()
+    at = box["x"] + box["width"] * share() / 100
+    page.page.mouse.move(at, box["y"] + box["height"] / 2)
+    page.page.mouse.down()
+    page.page.mouse.move(box["x"] + box["width"] / 4, box["y"] + box["height"] / 2, steps=4)
+    page.page.mouse.up()
+    check(abs(share() - 25) < 3, f"dragged to a quarter, A is shown to {share()} %")
+    # The rest of the image can be pointed at as ever.
+    page.page.mouse.move(box["x"] + box["width"] * 0.7, box["y"] + box["height"] / 2)
+    page.wait("document.getElementById('pixel').textContent.includes('certain')")
+
+    legend = show(page, "a")
+    check("pixels differ" in legend, f"nothing differs: {legend}")
+    page.page.select_option("#metric", "squared")
+    page.wait("(document.body.dataset.shown || '').endsWith('squared')")
+    check("its root" in page.page.inner_text("#legend"), "squares have no root")
+    page.page.select_option("#metric", "absolute")
+
+    # The last good image can be compared still, while something is wrong.
+    page.type(SCENE.replace("0.5 0.5 0.5 point []", "0.5 0.5 radius point []"))
+    page.wait("document.getElementById('status').dataset.state === 'bad'")
+    check(layer(page, "before") == kept, "A is lost by an error")
+
+    # A method of the chart is compared with what was there before.
+    page.type(SCENE)
+    page.wait("document.getElementById('picture').dataset.run === document.body.dataset.run")
+    page.page.click("#unpin")
+    check(not page.page.is_visible("#divider"), "A is still there")
+    page.page.click("[role=tab][data-tab=chart]")
+    page.page.click("#charts button:text-is('grid-4x4')")
+    page.wait("document.getElementById('sampling').value === 'grid 4'")
+    page.wait("(document.body.dataset.shown || '').split(' ')[0] === document.body.dataset.run")
+    check(page.page.is_visible("#divider"), "there is no A to compare a method with")
+    check("pixels differ" in show(page, "a"), "samples make no difference")
+    check("double, 1" in page.page.inner_text("#pinned"), page.page.inner_text("#pinned"))
+    page.page.click("#unpin")
+    page.page.select_option("#sampling", "centre")
+    page.page.click("#inspect")
+    check(not page.page.is_visible("#tools"), "the tools stay open")
+    page.wait("document.getElementById('picture').dataset.run === document.body.dataset.run")
+
+
 OVERFLOWS = """(() => {
     const isClipped = (element) => {
         for (let at = element; at; at = at.parentElement) {
@@ -214,6 +341,14 @@ def screenshots(browser, address):
                 over = page.ask(OVERFLOWS)
                 check(not over, f"at {width}x{height}, {scheme}, {tab}, {over} overflow")
                 page.page.screenshot(path=SHOTS / f"{width}-{scheme}-{tab}.png")
+            page.page.click("#inspect")
+            page.page.wait_for_selector("#shows")
+            page.page.click("#pin")
+            for what in ("image", "rays", "error-dd", "certainty"):
+                show(page, what)
+                over = page.ask(OVERFLOWS)
+                check(not over, f"at {width}x{height}, {scheme}, comparing {what}, {over} overflow")
+                page.page.screenshot(path=SHOTS / f"{width}-{scheme}-compare-{what}.png")
             page.page.close()
 
 
@@ -235,6 +370,8 @@ try:
         changes_on_disk_arrive(page, SCENE.replace("0.5 made", "0.7 made"))
         changes_on_disk_arrive(page, SCENE)
         edits_are_saved(page)
+        images_are_looked_at_closely(page)
+        images_are_compared(page)
         page.page.close()
         screenshots(browser, address)
         browser.close()

@@ -18,6 +18,7 @@ mod client;
 #[path = "../support/gmlvm.rs"]
 mod gmlvm;
 mod hostile;
+mod maps;
 
 /// A scene that would take for ever, by itself.
 pub(crate) const ENDLESS: &str = "{ /self self self apply } /f f f apply\n";

@@ -10,8 +10,8 @@ function codeRow([number, content, line, site]) {
   row.dataset.line = line;
   row.dataset.site = site;
   row.tabIndex = -1;
-  row.style.setProperty("--hue", String(((file * 67 + at) * 137.508) % 360));
-  row.append(make("i", "", file === code.root ? String(at) : code.data.files[file].name.split("/").pop() + ":" + at));
+  row.style.setProperty("--hue", ((file * 67 + at) * 137.508) % 360);
+  row.append(make("i", "", file === code.root ? at : code.data.files[file].name.split("/").pop() + ":" + at));
   return row;
 }
 
@@ -23,7 +23,7 @@ function fill(form, rows) {
 
 function showSurface(index) {
   const surface = code.data.surfaces[index];
-  byId("surface").value = String(index);
+  byId("surface").value = index;
   byId("how").hidden = !surface;
   if (!surface) { FORMS.forEach((form) => fill(form, [])); byId("details").replaceChildren(); return; }
   byId("how").textContent = surface.outcome;
@@ -88,7 +88,7 @@ for (const button of all("#forms button")) {
     for (const other of all("#panel [data-form]")) {
       const isChosen = other.dataset.form === button.dataset.form;
       other.classList.toggle("shown", isChosen);
-      if (other.type) other.setAttribute("aria-pressed", isChosen);
+      if (other.type) other.ariaPressed = isChosen;
     }
   });
 }

@@ -23,7 +23,8 @@ function fit() {
   stack.classList.toggle("large", scale >= 2);
 }
 
-function resize(width, height) {
+function resize({ width, height }) {
+  if (picture.width === width && picture.height === height) return;
   for (const canvas of [picture, draft]) Object.assign(canvas, { width, height });
   fit();
 }
@@ -34,18 +35,18 @@ function showImage() {
   const images = imagesOf(run);
   const image = images[view.chosen] || images[0];
   if (!image || !image.bitmap) return;
-  const shown = byId("marks").checked && image.marks || image.bitmap;
-  if (picture.width !== shown.width || picture.height !== shown.height) resize(shown.width, shown.height);
-  context.drawImage(shown, 0, 0);
+  const { bitmap } = image;
+  resize(bitmap);
+  context.drawImage(bitmap, 0, 0);
   picture.dataset.run = run;
   picture.dataset.number = image.number;
   draft.getContext("2d").clearRect(0, 0, draft.width, draft.height);
-  byId("marks-label").hidden = !image.marks;
   byId("size").textContent = `${image.name} · ${image.width}×${image.height}` + (image.line ? " · " + image.line : "");
   const which = byId("which");
   which.hidden = images.length < 2;
   which.replaceChildren(...images.map((image, index) => new Option(`${index + 1}: ${image.name}`, index)));
-  which.value = String(images.indexOf(image));
+  which.value = images.indexOf(image);
+  view.onShown?.();
 }
 
 async function onPicture({ run, image, number }) {
@@ -55,9 +56,9 @@ async function onPicture({ run, image, number }) {
   showImage();
 }
 
-async function onMarks({ run, image, number, line }) {
-  const marks = await bitmap(number);
-  if (marks) { Object.assign(imagesOf(run)[image] ||= {}, { marks, line }); showImage(); }
+function onKnown({ run, image, line }) {
+  Object.assign(imagesOf(run)[image] ||= {}, { line });
+  showImage();
 }
 
 /* A coarse image, or a band of rows. */
@@ -66,7 +67,7 @@ async function onDraft({ event, run, image, number, y, height }) {
   if (!about || image !== view.chosen && imagesOf(run).length > 1) return;
   const found = await bitmap(number);
   if (!found || run !== view.run || about.bitmap) return;
-  if (draft.width !== about.width || draft.height !== about.height) resize(about.width, about.height);
+  resize(about);
   const isCoarse = event === "coarse";
   draft.getContext("2d").drawImage(found, 0, isCoarse ? 0 : y, about.width, isCoarse ? about.height : height);
 }
@@ -133,6 +134,7 @@ function pointAt(event, jumps) {
   const box = picture.getBoundingClientRect();
   const at = (offset, length, n) => Math.min(n - 1, Math.max(0, Math.floor(offset / length * n)));
   const x = at(event.clientX - box.left, box.width, picture.width), y = at(event.clientY - box.top, box.height, picture.height);
+  view.onPoint?.(x, y);
   if (!view.isAsking) tellPixel(x, y, colorAt(x, y), null);
   view.asked = { x, y, jumps };
   ask();
@@ -142,5 +144,20 @@ on(picture, "mousemove", (event) => pointAt(event, false));
 on(picture, "click", (event) => pointAt(event, true));
 on(picture, "mouseleave", () => { view.asked = null; lightLines(0, 0); });
 on(byId("which"), "change", () => { view.chosen = Number(byId("which").value); showImage(); });
-on(byId("marks"), "change", showImage);
+
+/* What compares images is fetched when it is first wanted. */
+const { nonce } = document.currentScript;
+let comparison = null;
+function openTools(isOpen) {
+  comparison ||= new Promise((loaded, failed) => {
+    document.head.append(Object.assign(make("link"), { rel: "stylesheet", href: "compare.css", nonce }));
+    document.body.append(Object.assign(make("script"), { src: "compare.js", nonce, onload: loaded, onerror: failed }));
+  });
+  return comparison.then(() => {
+    byId("tools").hidden = !isOpen;
+    byId("inspect").ariaExpanded = isOpen;
+    refresh();
+  }, () => { comparison = null; noticeGone(); });
+}
+on(byId("inspect"), "click", () => openTools(byId("tools").hidden));
 new ResizeObserver(fit).observe(byId("frame"));

@@ -14,6 +14,7 @@ function notice(words, canTake) {
   byId("take").hidden = !canTake;
 }
 
+const noticeGone = () => notice("gmlvm view does not answer.");
 async function post(path, body) {
   const response = await fetch(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) }).catch(() => null);
   const answer = response ? await response.json().catch(() => ({})) : { error: "the server does not answer" };
@@ -78,7 +79,8 @@ on(byId("take"), "click", () => { setText(live.diskText); notice(""); showDirty(
 
 function chooseTab(name) {
   told.tab = name;
-  for (const tab of all("[role=tab]")) tab.setAttribute("aria-selected", String(tab.dataset.tab === name));
+  for (const tab of all("[role=tab]")) tab.ariaSelected = tab.dataset.tab === name;
+  for (const page of all(".page")) page.hidden = page.dataset.page !== name;
   follow();
 }
 for (const tab of all("[role=tab]")) on(tab, "click", () => chooseTab(tab.dataset.tab));
@@ -138,8 +140,7 @@ function showChart({ diagram, size, reference, tables, methods, number }) {
       const choice = column === 0 && methods[cell];
       if (!choice) return make("td", "", cell);
       const button = make("button", "", cell);
-        button.title = "Render by this method";
-      on(button, "click", () => { choose(choice); render(); });
+      on(button, "click", () => openTools(true).then(() => tryMethod(choice)));
       return make("td", "", button);
     })));
     return [make("h3", "", title), make("div", "scroll", make("table", "", head, ...body), ...notes.map((note) => make("p", "", note)))];
@@ -174,7 +175,7 @@ const handlers = {
   coarse: onDraft,
   band: onDraft,
   picture: onPicture,
-  marks: onMarks,
+  known: onKnown,
   plan({ image, lines }) {
     const plans = byId("plan");
     if (image === 0 || !plans.parts) plans.parts = [];
@@ -208,7 +209,7 @@ function connect() {
     if (message.run === 0 || message.run >= view.run || message.event === "started") handlers[message.event]?.(message);
     told.revision = live.revision;
   });
-  on(events, "error", () => notice("gmlvm view does not answer."));
+  on(events, "error", noticeGone);
 }
 
 on(byId("status"), "click", () => chooseTab("problems"));
