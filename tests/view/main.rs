@@ -254,7 +254,7 @@ fn pixels_tell_what_they_are_about() {
         (&json!(1), &json!(1))
     );
     assert!(centre["instructions"].as_u64().is_some_and(|n| n > 0));
-    assert_eq!(centre["certainty"], "certain in double-double");
+    assert_eq!(centre["certainty"], "certain in doubles");
     let corner = server.get("pixel?run=1&image=0&x=0&y=0").json();
     assert_eq!((&corner["color"], &corner["seen"]), (&json!([0, 0, 0]), &Value::Null));
     for elsewhere in ["run=1&image=0&x=8&y=3", "run=1&image=1&x=0&y=0", "run=2&image=0&x=0&y=0"] {
