@@ -62,11 +62,15 @@ class Page:
     def ask(self, expression):
         return self.page.evaluate(expression)
 
+    def run(self, act):
+        """Does what begins a run, and waits for the end of it."""
+        run = int(self.ask("document.body.dataset.run"))
+        act()
+        self.wait(f"Number(document.body.dataset.run) > {run}")
+
     def type(self, text):
         """Replaces the text of the editor, and waits for the end of its run."""
-        run = int(self.ask("document.body.dataset.run"))
-        self.page.fill("#text", text)
-        self.wait(f"Number(document.body.dataset.run) > {run}")
+        self.run(lambda: self.page.fill("#text", text))
 
     def pixels(self):
         """All bytes of the image that is shown."""
@@ -299,14 +303,15 @@ def images_are_compared(page):
     page.page.click("#unpin")
     check(not page.page.is_visible("#divider"), "A is still there")
     page.page.click("[role=tab][data-tab=chart]")
-    page.page.click("#charts button:text-is('grid-4x4')")
-    page.wait("document.getElementById('sampling').value === 'grid 4'")
+    page.run(lambda: page.page.click("#charts button:text-is('grid-4x4')"))
+    check(page.ask("document.getElementById('sampling').value === 'grid 4'"), "the method is not chosen")
+    page.wait("document.getElementById('picture').dataset.run === document.body.dataset.run")
     page.wait("(document.body.dataset.shown || '').split(' ')[0] === document.body.dataset.run")
     check(page.page.is_visible("#divider"), "there is no A to compare a method with")
     check("pixels differ" in show(page, "a"), "samples make no difference")
     check("double, 1" in page.page.inner_text("#pinned"), page.page.inner_text("#pinned"))
     page.page.click("#unpin")
-    page.page.select_option("#sampling", "centre")
+    page.run(lambda: page.page.select_option("#sampling", "centre"))
     page.page.click("#inspect")
     check(not page.page.is_visible("#tools"), "the tools stay open")
     page.wait("document.getElementById('picture').dataset.run === document.body.dataset.run")
