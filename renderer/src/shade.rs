@@ -13,7 +13,7 @@
 use glam::DVec3;
 
 use crate::camera::{Grid, ImagePoint};
-use crate::light::{Attenuation, Lamp, Light, Way};
+use crate::light::{Attenuation, Lamp, Light};
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
@@ -21,7 +21,7 @@ use crate::object::ShapeKind;
 use crate::obstacles::Obstacles;
 use crate::plan::Part;
 use crate::probe::Seen;
-use crate::ray::{Crossing, Medium, On, Ray, TIE_ROUNDINGS};
+use crate::ray::{Crossing, Medium, On, Ray};
 use crate::scene::Scene;
 use crate::shape;
 use crate::signature::Signature;
@@ -32,9 +32,12 @@ use crate::surface::{
 use crate::trace::Workspace;
 
 mod ahead;
+mod cones;
+mod direct;
 mod rest;
 
 pub(crate) use ahead::Ahead;
+use cones::Cones;
 use rest::Rest;
 
 /// Light, and how surfaces answer it.
@@ -94,6 +97,7 @@ pub(crate) struct Shader<'s, R, E> {
     scene: &'s Scene<R>,
     illumination: &'s Illumination,
     lamps: Vec<Lamp<R>>,
+    cones: Cones,
     /// For each lamp, what may be in its way.
     obstacles: Vec<Obstacles>,
     /// For each lamp, the component that was found last to be in its way.
@@ -235,6 +239,7 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         Shader {
             scene,
             illumination,
+            cones: Cones::new(scene, &illumination.lights),
             obstacles: lamps.iter().map(|lamp| Obstacles::new(scene, lamp.whence())).collect(),
             blockers: vec![None; lamps.len()],
             lamps,
@@ -474,77 +479,4 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let hit = Hit { on, point: self.scene.world_point(crossing.leaf, point), normal, medium };
         (hit, Place { kind: leaf.kind, face, point, size })
     }
-
-    /// The light of ambient light and lamps: diffuse, still without the surface's colour, and
-    /// specular.
-    #[inline(always)]
-    fn direct_light<const SIGNED: bool>(
-        &mut self,
-        hit: &Hit<R>,
-        dir: Vec3<R>,
-        sample: &Sample<R>,
-    ) -> (Vec3<R>, Vec3<R>) {
-        let &Sample { kd, ks, phong_exp, .. } = sample;
-        let mut diffuse = self.ambient * kd;
-        let mut specular = Vec3::ZERO;
-        let Some(normal) = hit.normal else { return (diffuse, specular) };
-        for idx in 0..self.lamps.len() {
-            let lamp = &self.lamps[idx];
-            let Some(way) = lamp.way(hit.point) else {
-                self.sign::<SIGNED>(0);
-                continue;
-            };
-            let cos = normal.dot(way.toward);
-            // A light behind the surface does not reach the viewer's side, nor does one in its plane,
-            // as far as rounding can tell; NaN reaches nothing.
-            if !cos.exceeds(TIE_ROUNDINGS * R::UNIT_ROUNDOFF) {
-                self.sign::<SIGNED>(0);
-                continue;
-            }
-            let Some(intensity) = lamp.intensity(&way) else {
-                self.sign::<SIGNED>(0);
-                continue;
-            };
-            let is_left_out =
-                self.scene.omissions.holds(Part::Shadows) && adds_nothing(sample, intensity);
-            if is_left_out || self.is_in_shadow(hit, idx, &way) {
-                self.sign::<SIGNED>(0);
-                continue;
-            }
-            // Whether it is left out or not, what adds nothing is signed alike.
-            self.sign::<SIGNED>(u64::from(!(SIGNED && adds_nothing(sample, intensity))));
-            diffuse = diffuse + intensity * (kd * cos);
-            if ks == R::ZERO {
-                continue;
-            }
-            let halfway = (way.toward - dir).normalized();
-            let highlight = halfway.map_or(R::ZERO, |h| normal.dot(h));
-            if highlight > R::ZERO {
-                specular = specular + intensity * (ks * R::power(highlight, phong_exp));
-            }
-        }
-        (diffuse, specular)
-    }
-
-    #[inline(always)]
-    fn is_in_shadow(&mut self, hit: &Hit<R>, lamp: usize, way: &Way<R>) -> bool {
-        self.counts.shadow += 1;
-        let ray =
-            Ray { origin: hit.point, dir: way.shadow_dir, on: Some(hit.on), medium: hit.medium };
-        if !self.scene.omissions.holds(Part::Blockers) {
-            self.blockers[lamp] = None;
-        }
-        let blocker = &mut self.blockers[lamp];
-        let obstacles = self.obstacles[lamp].for_point_of(hit.point.max_norm().to_f64());
-        let (end, workspace) = (way.shadow_end, &mut self.workspace);
-        let is_blocked = self.scene.is_blocked(&ray, end, obstacles, blocker, workspace);
-        self.counts.blocked += u64::from(is_blocked);
-        is_blocked
-    }
-}
-
-/// Whether light of this intensity leaves the sums as they are: finite numbers times 0 do.
-#[inline(always)]
-fn adds_nothing<R: Real>(sample: &Sample<R>, intensity: Vec3<R>) -> bool {
-    sample.kd.is_surely_zero() && sample.ks.is_surely_zero() && intensity.to_dvec3().is_finite()
 }
