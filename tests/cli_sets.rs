@@ -156,9 +156,9 @@ fn omissions() {
     let (panels, svg, _) = measured("omissions");
     assert_eq!(list(&panels).len(), 2);
     for panel in list(&panels) {
-        assert_eq!(list(&panel["items"]).len(), 13, "{panel}");
+        assert_eq!(list(&panel["items"]).len(), 12, "{panel}");
         assert_eq!(panel["items"][0]["base"], panel["items"][0]["times"]);
-        assert_eq!(panel["items"][12]["base"], panel["items"][0]["times"]);
+        assert_eq!(panel["items"][11]["base"], panel["items"][0]["times"]);
     }
     assert!(texts(&svg).contains(&"unread coordinates"));
 }

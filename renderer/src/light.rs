@@ -214,8 +214,7 @@ impl<R: Real> Lamp<R> {
     }
 }
 
-/// The cosine below which a point is outside of a cone of so many degrees to either side.
-pub(crate) fn cos_cutoff<R: Real>(cutoff_deg: f64) -> R {
+fn cos_cutoff<R: Real>(cutoff_deg: f64) -> R {
     // From 180 degrees on the cone is all space, and rounding must not cut a hole into it.
     if cutoff_deg >= 180.0 {
         R::from_f64(-2.0)

@@ -29,8 +29,6 @@ pub enum Part {
     Blockers,
     /// How light fades with distance, where it does not.
     Fading,
-    /// Lamps in whose cones a solid has no part.
-    Cones,
     /// In the search for what is in the way, planes that the light comes from in front of.
     Obstacles,
     /// The rest of a path that cannot change the pixel.
@@ -41,7 +39,7 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Part; 12] = [
+    pub const ALL: [Part; 11] = [
         Part::Coordinates,
         Part::Eye,
         Part::Turns,
@@ -50,7 +48,6 @@ impl Part {
         Part::Shadows,
         Part::Blockers,
         Part::Fading,
-        Part::Cones,
         Part::Obstacles,
         Part::Rest,
         Part::Calls,

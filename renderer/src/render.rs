@@ -93,26 +93,32 @@ pub(crate) fn pixels<W: Send, T: Copy + Default + Send + Sync, X: Send>(
 
 /// What the threads work with, made when first needed. A thread's own is never waited for.
 struct Workers<W, F> {
-    by_thread: Vec<Mutex<Option<W>>>,
+    by_thread: Vec<Own<W>>,
     make: F,
 }
 
+/// A thread's own, in cache lines of its own, as many as are fetched at once: if two threads write to
+/// parts of one line, each write waits for the other.
+#[repr(align(128))]
+struct Own<W>(Mutex<Option<W>>);
+
 impl<W, F: Fn() -> W> Workers<W, F> {
     fn new(make: F) -> Self {
-        let by_thread = (0..rayon::current_num_threads()).map(|_| Mutex::new(None)).collect();
+        let by_thread = (0..rayon::current_num_threads()).map(|_| Own(Mutex::new(None))).collect();
         Workers { by_thread, make }
     }
 
     fn with(&self, work: impl FnOnce(&mut W)) {
         let thread = rayon::current_thread_index().unwrap_or(0);
-        let mut worker = self.by_thread[thread].lock().unwrap_or_else(PoisonError::into_inner);
+        let Own(own) = &self.by_thread[thread];
+        let mut worker = own.lock().unwrap_or_else(PoisonError::into_inner);
         work(worker.get_or_insert_with(&self.make));
     }
 
     /// Those that were made.
     fn all(self) -> Vec<W> {
         let slots = self.by_thread.into_iter();
-        slots.filter_map(|w| w.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
+        slots.filter_map(|Own(w)| w.into_inner().unwrap_or_else(PoisonError::into_inner)).collect()
     }
 }
 

@@ -6,7 +6,6 @@
 //! decides who paints coincident surfaces. A hierarchy over the components, and one over the leaves of
 //! each tree, tell which of them a ray may meet.
 
-use crate::bounds::{self, Bounds};
 use crate::hierarchy::Hierarchy;
 use crate::numeric::affine::Affine;
 use crate::numeric::real::Real;
@@ -140,14 +139,8 @@ impl<R: Real> Scene<R> {
     /// Brings a point from the object space of a leaf to world space.
     #[inline(always)]
     pub(crate) fn world_point(&self, leaf: u32, p: Vec3<R>) -> Vec3<R> {
-        self.world_from_object(leaf).point(p)
-    }
-
-    /// The map from the object space of a leaf to world space.
-    #[inline(always)]
-    fn world_from_object(&self, leaf: u32) -> Affine<R> {
         let map = &self.maps[self.details[leaf as usize].map as usize..];
-        if self.leaves[leaf as usize].is_diagonal {
+        let map = if self.leaves[leaf as usize].is_diagonal {
             let [Vec3 { x, y, z }, shift] = *map.first_chunk().expect("a diagonal and a shift");
             let zero = R::ZERO;
             let rows =
@@ -156,15 +149,8 @@ impl<R: Real> Scene<R> {
         } else {
             let [x, y, z, shift] = *map.first_chunk().expect("three rows and a shift");
             Affine { rows: [x, y, z], shift }
-        }
-    }
-
-    /// A box around a leaf, with room for rounding.
-    pub(crate) fn bounds_of(&self, leaf: u32) -> Bounds {
-        let Leaf { kind, object_from_world, .. } = &self.leaves[leaf as usize];
-        let world_from_object = self.world_from_object(leaf).to_daffine3();
-        let bounds = bounds::of_shape(*kind, &world_from_object, &object_from_world.to_daffine3());
-        bounds.padded(|size| self.conditioning.error(size))
+        };
+        map.point(p)
     }
 
     /// The world-space surface that a face of a leaf is part of.

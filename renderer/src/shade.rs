@@ -32,12 +32,10 @@ use crate::surface::{
 use crate::trace::Workspace;
 
 mod ahead;
-mod cones;
 mod direct;
 mod rest;
 
 pub(crate) use ahead::Ahead;
-use cones::Cones;
 use rest::Rest;
 
 /// Light, and how surfaces answer it.
@@ -97,7 +95,6 @@ pub(crate) struct Shader<'s, R, E> {
     scene: &'s Scene<R>,
     illumination: &'s Illumination,
     lamps: Vec<Lamp<R>>,
-    cones: Cones,
     /// For each lamp, what may be in its way.
     obstacles: Vec<Obstacles>,
     /// For each lamp, the component that was found last to be in its way.
@@ -239,7 +236,6 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         Shader {
             scene,
             illumination,
-            cones: Cones::new(scene, &illumination.lights),
             obstacles: lamps.iter().map(|lamp| Obstacles::new(scene, lamp.whence())).collect(),
             blockers: vec![None; lamps.len()],
             lamps,

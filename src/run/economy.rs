@@ -160,7 +160,6 @@ fn what(part: Part, traced: &Traced, rays: &RayCounts) -> Option<(&'static str, 
             let n_constant = used.lights - used.directional - used.fading;
             ("leaving out constant fading", n_constant as u64, "lights")
         }
-        Part::Cones => ("leaving out lamps whose cones are elsewhere", used.spots as u64, "lamps"),
         Part::Obstacles if used.lights == 0 => return None,
         Part::Obstacles => ("planes behind lamps", used.planes as u64, "planes"),
         Part::Rest => {

@@ -22,12 +22,7 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
         let mut diffuse = self.ambient * kd;
         let mut specular = Vec3::ZERO;
         let Some(normal) = hit.normal else { return (diffuse, specular) };
-        let unlit = self.cones.unlit_by(hit.on.leaf);
         for idx in 0..self.lamps.len() {
-            if unlit.checked_shr(idx as u32).unwrap_or(0) & 1 == 1 {
-                self.sign::<SIGNED>(0);
-                continue;
-            }
             let lamp = &self.lamps[idx];
             let Some(way) = lamp.way(hit.point) else {
                 self.sign::<SIGNED>(0);

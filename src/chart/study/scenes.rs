@@ -253,7 +253,6 @@ fn words(part: Part) -> &'static str {
         Part::Shadows => "shadows on black",
         Part::Blockers => "search for blockers",
         Part::Fading => "constant fading",
-        Part::Cones => "cones elsewhere",
         Part::Obstacles => "planes behind lamps",
         Part::Rest => "ends of paths",
         Part::Calls => "calls one by one",
