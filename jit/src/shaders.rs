@@ -34,7 +34,8 @@ use crate::unsupported::Unsupported;
 pub enum Tiering {
     /// All at once.
     Eager,
-    /// Each when it has been called so often that compiling it pays.
+    /// Each when it has been called so often that compiling it pays, or when its bounds are first asked
+    /// for.
     Hot,
 }
 

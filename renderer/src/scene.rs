@@ -87,7 +87,8 @@ pub(crate) enum Component {
 /// The shapes of a tree of set operations, for finding those that a ray may meet.
 #[derive(Debug)]
 pub(crate) struct Tree {
-    /// Of a carving, the shapes that it is carved from, which are few; of other trees none.
+    /// Of a carving, the shapes that it is carved from, all of which a ray has to meet; of other trees
+    /// none.
     pub(crate) whole: Vec<u32>,
     /// Of the others.
     pub(crate) hierarchy: Hierarchy,
