@@ -5,7 +5,7 @@
 //! double-double; and where they leave it open too, which takes an exact tie, or something very near to
 //! one, the rules for ties decide, and the pixel is said to hang on them.
 
-use crate::camera::{Grid, ImagePoint, View};
+use crate::camera::{ImagePoint, View};
 use crate::image::{Image, Pixel};
 use crate::numeric::ball::Ball;
 use crate::numeric::ball::rough::Rough;
@@ -93,12 +93,14 @@ impl<'s, E: SurfaceEval> Worker<'s, E> {
     fn new(
         scene: &'s CertainScene,
         illumination: &'s Illumination,
+        view: &View,
         surfaces: impl Fn() -> E,
     ) -> Self {
+        let (rough, double) = (view.grid(1), view.grid(1));
         Worker {
-            rough: Shader::new(&scene.rough, illumination, surfaces()).giving_up(),
-            double: Shader::new(&scene.double, illumination, surfaces()).giving_up(),
-            exact: Shader::new(&scene.exact, illumination, surfaces()),
+            rough: Shader::new(&scene.rough, rough, illumination, surfaces()).giving_up(),
+            double: Shader::new(&scene.double, double, illumination, surfaces()).giving_up(),
+            exact: Shader::new(&scene.exact, view.grid(1), illumination, surfaces()),
             row: 0,
             n_open: 0,
         }
@@ -138,21 +140,20 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Certified<P>, Failure<E::Error>> {
-    let (rough_grid, double_grid, exact_grid) = (view.grid(1), view.grid(1), view.grid(1));
-    let make = || Worker::new(scene, illumination, &worker).for_pixels::<P>();
+    let make = || Worker::new(scene, illumination, view, &worker).for_pixels::<P>();
     let (found, workers) = pixels(view, 1, make, progress, |worker, column, row| {
         let tries_roughly = worker.tries_roughly(column, row);
         let Worker { rough, double, exact, n_open, .. } = worker;
         let at = ImagePoint::centre(column, row);
         let mut found = None;
         if tries_roughly {
-            found = if_certain::<_, _, P>(rough, &rough_grid, at);
+            found = if_certain::<_, _, P>(rough, at);
             *n_open = if found.is_some() { 0 } else { *n_open + 1 };
         }
-        if let Some(pixel) = found.or_else(|| if_certain(double, &double_grid, at)) {
+        if let Some(pixel) = found.or_else(|| if_certain(double, at)) {
             return Ok((pixel, Certainty::Double));
         }
-        let light = exact.radiance(&exact_grid, at)?;
+        let light = exact.radiance(at)?;
         let (pixel, doubt) = certain(exact, light);
         Ok((pixel, doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
     })?;
@@ -189,13 +190,12 @@ pub fn accounts<E: SurfaceEval + Send>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<Vec<Option<[Account; 3]>>, Failure<E::Error>> {
-    let (double_grid, exact_grid) = (view.grid(1), view.grid(1));
-    let make = || Worker::new(scene, illumination, &worker);
+    let make = || Worker::new(scene, illumination, view, &worker);
     let (accounts, _) = pixels(view, 1, make, progress, |worker, column, row| {
         let Worker { double, exact, .. } = worker;
-        let rough = double.radiance(&double_grid, ImagePoint::centre(column, row)).ok();
+        let rough = double.radiance(ImagePoint::centre(column, row)).ok();
         let rough = rough.filter(|_| double.doubt.is_none());
-        let light = exact.radiance(&exact_grid, ImagePoint::centre(column, row))?;
+        let light = exact.radiance(ImagePoint::centre(column, row))?;
         Ok(exact.doubt.is_none().then(|| account(rough, light)))
     })?;
     Ok(accounts)
@@ -230,10 +230,9 @@ fn certain<R: Real, E: SurfaceEval, P: Pixel>(
 /// A pixel, if a shader finds it for certain.
 fn if_certain<R: Real, E: SurfaceEval, P: Pixel>(
     shader: &mut Shader<'_, R, E>,
-    grid: &Grid<R>,
     at: ImagePoint,
 ) -> Option<P> {
-    let light = shader.radiance(grid, at).ok()?;
+    let light = shader.radiance(at).ok()?;
     let (pixel, doubt) = certain(shader, light);
     doubt.is_none().then_some(pixel)
 }

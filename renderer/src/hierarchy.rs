@@ -8,8 +8,10 @@
 use crate::ray::{Boxes, Line};
 
 mod build;
+mod start;
 
 pub(crate) use build::Item;
+pub(crate) use start::Start;
 
 /// Children of a node.
 const WIDTH: usize = 4;
@@ -88,6 +90,27 @@ impl Hierarchy {
         let (nodes, unbounded) = (&self.nodes[..], self.unbounded.iter());
         Candidates { nodes, unbounded, line, pending: &mut pending.0, n_pending }
     }
+
+    /// The same for a line of the beam that the start was found for.
+    #[inline(always)]
+    pub(crate) fn candidates_from<'h>(
+        &'h self,
+        start: &Start,
+        line: &'h Line,
+        pending: &'h mut Pending,
+    ) -> Candidates<'h> {
+        debug_assert!(start.holds(line));
+        let mut candidates = Candidates { n_pending: 0, ..self.candidates(line, pending) };
+        if let Some(child) = start.only_child() {
+            candidates.pending[0] = (child, 0.0);
+            candidates.n_pending = 1;
+        } else {
+            for node in start.nodes() {
+                candidates.open(node, 0, f64::INFINITY);
+            }
+        }
+        candidates
+    }
 }
 
 /// The items of a hierarchy that a ray may meet, roughly from near to far after those without finite
@@ -119,18 +142,20 @@ impl<'h> Candidates<'h> {
             match self.pending[self.n_pending] {
                 (_, t) if t > t_end => {}
                 (Child::Item(item), _) => return Some(item),
-                (Child::Node(index), _) => self.open(&self.nodes[index as usize], t_end),
+                (Child::Node(index), _) => {
+                    self.open(&self.nodes[index as usize], self.n_pending, t_end);
+                }
                 (Child::Nothing, _) => {}
             }
         }
         None
     }
 
-    /// Puts the children of a node whose boxes are met on the stack, the nearest last.
+    /// Puts the children of a node whose boxes are met on the stack, the nearest of all from `first` on
+    /// last.
     #[inline(always)]
-    fn open(&mut self, node: &Node, t_end: f64) {
+    fn open(&mut self, node: &Node, first: usize, t_end: f64) {
         let (enter, mut met) = self.line.enters(&node.boxes, t_end);
-        let first = self.n_pending;
         while met != 0 {
             let side = met.trailing_zeros() as usize;
             met &= met - 1;

@@ -29,6 +29,7 @@ pub mod shade;
 mod shape;
 pub mod signature;
 pub mod surface;
+mod tiles;
 mod trace;
 mod tree;
 

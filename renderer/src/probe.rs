@@ -53,10 +53,10 @@ pub fn probe<R: Real, E: SurfaceEval>(
     surfaces: E,
     work: impl Fn(&E) -> u64,
 ) -> Result<Probe, E::Error> {
-    let (grid, centre) = (view.grid(1), ImagePoint::centre(column, row));
-    let mut shader = Shader::new(scene, illumination, surfaces);
-    let seen = shader.seen(&grid, centre);
-    let light = shader.radiance(&grid, centre)?.to_dvec3();
+    let centre = ImagePoint::centre(column, row);
+    let mut shader = Shader::new(scene, view.grid(1), illumination, surfaces);
+    let seen = shader.seen(centre);
+    let light = shader.radiance(centre)?.to_dvec3();
     Ok(Probe { light, seen, rays: shader.counts, work: work(&shader.surfaces) })
 }
 
@@ -82,15 +82,14 @@ pub fn costs<R: Real, E: SurfaceEval + Send>(
     worker: impl Fn() -> E + Sync,
     work: impl Fn(&E) -> u64 + Sync,
 ) -> Result<Vec<Cost>, Failure<E::Error>> {
-    let grid = view.grid(1);
-    let make = || Shader::new(scene, illumination, worker());
+    let make = || Shader::new(scene, view.grid(1), illumination, worker());
     let (costs, _) = render::pixels(view, 1, make, &|_| {}, |shader, column, row| {
         let so_far = |shader: &Shader<'_, R, E>| {
             let RayCounts { primary, reflected, shadow, .. } = shader.counts;
             (primary + reflected + shadow, work(&shader.surfaces))
         };
         let (rays, done) = so_far(shader);
-        shader.radiance(&grid, ImagePoint::centre(column, row))?;
+        shader.radiance(ImagePoint::centre(column, row))?;
         let (rays_after, done_after) = so_far(shader);
         Ok(Cost { rays: rays_after - rays, work: done_after - done })
     })?;

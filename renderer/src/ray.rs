@@ -164,6 +164,70 @@ impl Line {
     }
 }
 
+/// Lines from one origin, as those through a rectangle of the image plane.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Beam {
+    /// As of a [`Line`], at most and at least.
+    above: [f64; 3],
+    below: [f64; 3],
+    /// The least and the greatest of 1 over the direction, anything where that may have both signs.
+    inverse: [[f64; 3]; 2],
+}
+
+impl Beam {
+    /// All lines whose directions are between these, each component on its own.
+    pub(crate) fn between(corners: &[Line; 4]) -> Beam {
+        let of = |get: fn(&Line) -> [f64; 3], axis: usize, choose: fn(f64, f64) -> f64| {
+            corners.iter().map(|line| get(line)[axis]).reduce(choose).unwrap_or(f64::NAN)
+        };
+        let mut beam = Beam { above: [0.0; 3], below: [0.0; 3], inverse: [[0.0; 3]; 2] };
+        for axis in 0..3 {
+            let above = of(|line| line.above, axis, f64::max);
+            let below = of(|line| line.below, axis, f64::min);
+            // The origins of lines between them may be a little less certain.
+            (beam.above[axis], beam.below[axis]) =
+                (above + (above - below), below - (above - below));
+            let least = of(|line| line.inverse, axis, f64::min);
+            let greatest = of(|line| line.inverse, axis, f64::max);
+            let has_sign = least.is_sign_negative() == greatest.is_sign_negative();
+            let range = if has_sign { [least, greatest] } else { [-f64::MAX, f64::MAX] };
+            [beam.inverse[0][axis], beam.inverse[1][axis]] = range;
+        }
+        beam
+    }
+
+    /// Whether it holds a line.
+    #[inline(always)]
+    pub(crate) fn holds(&self, line: &Line) -> bool {
+        (0..3).all(|axis| {
+            let range = self.inverse[0][axis]..=self.inverse[1][axis];
+            line.above[axis] <= self.above[axis]
+                && line.below[axis] >= self.below[axis]
+                && range.contains(&line.inverse[axis])
+        })
+    }
+
+    /// Which boxes any of its lines may meet, by bit. What [`Line::enters`] computes is done with the
+    /// ends of intervals: rounding keeps the order of numbers, so none that a line meets is missed.
+    pub(crate) fn meets<const N: usize>(&self, boxes: &Boxes<N>) -> u32 {
+        let [least, greatest] = &self.inverse;
+        let (mut enter, mut exit) = ([0.0; N], [f64::INFINITY; N]);
+        for axis in 0..3 {
+            let is_downward = greatest[axis].is_sign_negative();
+            for k in 0..N {
+                let low = f64::from(boxes.lo[axis][k]) - self.above[axis];
+                let high = f64::from(boxes.hi[axis][k]) - self.below[axis];
+                let (near, far) = if is_downward { (high, low) } else { (low, high) };
+                let [near, far] = [near, far].map(|end| [end * least[axis], end * greatest[axis]]);
+                // NaN leaves an interval alone.
+                enter[k] = near[0].min(near[1]).max(enter[k]);
+                exit[k] = far[0].max(far[1]).min(exit[k]);
+            }
+        }
+        (0..N).filter(|&k| enter[k] <= exit[k] * WIDER).fold(0, |met, k| met | 1 << k)
+    }
+}
+
 /// Boxes side by side, with sides along the axes.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Boxes<const N: usize> {

@@ -39,10 +39,11 @@ pub fn render<R: Real, E: SurfaceEval + Send, P: Pixel>(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Image<P>, RayCounts), Failure<E::Error>> {
     let grid = view.grid(1);
-    let make = || (Shader::new(scene, illumination, worker()).for_pixels::<P>(), Ahead::new());
+    let make =
+        || (Shader::new(scene, grid, illumination, worker()).for_pixels::<P>(), Ahead::new());
     let end = view.region.x + view.region.width;
     let (pixels, workers) = pixels(view, 1, make, progress, |(shader, ahead), column, row| {
-        let light = shader.pixel_radiance(ahead, &grid, [column, row], end)?;
+        let light = shader.pixel_radiance(ahead, [column, row], end)?;
         Ok(P::from_linear(light.map(R::to_f64).into()))
     })?;
     let counts = workers.iter().map(|(shader, _)| shader.counts).sum();

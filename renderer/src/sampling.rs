@@ -11,7 +11,7 @@
 //! its colour is their mean; elsewhere it is that of its quarters. What is so small that it lies
 //! between the corners of a pixel is not found.
 
-use crate::camera::{Grid, ImagePoint, View};
+use crate::camera::{ImagePoint, View};
 use crate::image::{Image, Pixel};
 use crate::numeric::dd::Dd;
 use crate::numeric::real::Real;
@@ -66,20 +66,19 @@ pub fn sample<R: Real, E: SurfaceEval + Send, P: Pixel>(
     worker: impl Fn() -> E + Sync,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(Image<P>, RayCounts), Failure<E::Error>> {
-    let shader = || Shader::new(scene, illumination, worker());
+    let shader = |grid| Shader::new(scene, grid, illumination, worker());
     let (pixels, counts) = match sampling {
         Sampling::Centre => return render(scene, illumination, view, worker, progress),
         Sampling::Grid(n) => {
             let n = n.clamp(1, Sampling::MAX_GRID);
-            let grid = view.grid(n);
-            let cells =
-                |shader: &mut _, column, row| cells::<_, _, P>(shader, &grid, n, [column, row]);
-            let (pixels, shaders) = pixels(view, 1, shader, progress, cells)?;
+            let make = || shader(view.grid(n));
+            let cells = |shader: &mut _, column, row| cells::<_, _, P>(shader, n, [column, row]);
+            let (pixels, shaders) = pixels(view, 1, make, progress, cells)?;
             (pixels, shaders.iter().map(|shader| shader.counts).sum())
         }
         Sampling::Adaptive(depth) => {
             let size = 1 << depth.min(Sampling::MAX_DEPTH);
-            let make = || Dividing::new(shader(), view, size);
+            let make = || Dividing::new(shader(view.grid(size)), view, size);
             let square = |dividing: &mut Dividing<_, _>, column, row| {
                 dividing.pixel::<P>(column, row).map(P::from_linear)
             };
@@ -98,7 +97,6 @@ fn shown<R: Real, P: Pixel>(light: Vec3<R>) -> Color {
 /// A pixel from `n` by `n` cells.
 fn cells<R: Real, E: SurfaceEval, P: Pixel>(
     shader: &mut Shader<'_, R, E>,
-    grid: &Grid<R>,
     n: u32,
     [column, row]: [u32; 2],
 ) -> Result<P, E::Error> {
@@ -109,7 +107,7 @@ fn cells<R: Real, E: SurfaceEval, P: Pixel>(
         let mut cells = [[Dd::ZERO; 3]; Sampling::MAX_GRID as usize];
         for (right, cell) in (0..n).zip(&mut cells) {
             let centre = ImagePoint { right: left + middle(right), below: top + middle(below) };
-            let light = shader.radiance(grid, centre)?;
+            let light = shader.radiance(centre)?;
             *cell = shown::<R, P>(light).map(Dd::from);
         }
         *sum = folded_sum(&cells[..n as usize]);
@@ -140,9 +138,8 @@ struct Sample {
 
 /// Samples pixels by dividing them, for one thread.
 struct Dividing<'s, R, E> {
+    /// Of the smallest squares.
     shader: Shader<'s, R, E>,
-    /// The smallest squares.
-    grid: Grid<R>,
     /// How many of them are a pixel, in each direction.
     size: u32,
     /// The first row of the first band.
@@ -173,7 +170,6 @@ impl<'s, R: Real, E: SurfaceEval> Dividing<'s, R, E> {
         let n_points = (size as usize + 1) * (size as usize + 1);
         Dividing {
             shader,
-            grid: view.grid(size),
             size,
             first_row: view.region.y,
             row: None,
@@ -285,9 +281,9 @@ impl<'s, R: Real, E: SurfaceEval> Dividing<'s, R, E> {
         // Only the smallest squares have corners at odd places.
         let is_compared = right % 2 == 0 && below % 2 == 0;
         let (light, signature) = if is_compared {
-            self.shader.signed_radiance(&self.grid, at)?
+            self.shader.signed_radiance(at)?
         } else {
-            (self.shader.radiance(&self.grid, at)?, Signature::NONE)
+            (self.shader.radiance(at)?, Signature::NONE)
         };
         Ok(Sample { color: shown::<R, P>(light), signature })
     }

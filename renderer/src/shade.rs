@@ -93,6 +93,8 @@ impl std::iter::Sum for RayCounts {
 /// Follows rays through a scene, for one thread.
 pub(crate) struct Shader<'s, R, E> {
     scene: &'s Scene<R>,
+    /// What is seen of it.
+    grid: Grid<R>,
     illumination: &'s Illumination,
     lamps: Vec<Lamp<R>>,
     /// For each lamp, what may be in its way.
@@ -230,11 +232,17 @@ impl<R: Real> LocateBounded for Place<R> {
 }
 
 impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
-    pub(crate) fn new(scene: &'s Scene<R>, illumination: &'s Illumination, surfaces: E) -> Self {
+    pub(crate) fn new(
+        scene: &'s Scene<R>,
+        grid: Grid<R>,
+        illumination: &'s Illumination,
+        surfaces: E,
+    ) -> Self {
         let lamp = |light| Lamp::new(light, illumination.attenuation, scene.omissions);
         let lamps: Vec<Lamp<R>> = illumination.lights.iter().map(lamp).collect();
         Shader {
             scene,
+            grid,
             illumination,
             obstacles: lamps.iter().map(|lamp| Obstacles::new(scene, lamp.whence())).collect(),
             blockers: vec![None; lamps.len()],
@@ -271,8 +279,8 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     }
 
     /// What is first met at a point of the image plane.
-    pub(crate) fn seen(&mut self, grid: &Grid<R>, from: ImagePoint) -> Option<Seen> {
-        let ray = grid.ray(from);
+    pub(crate) fn seen(&mut self, from: ImagePoint) -> Option<Seen> {
+        let ray = self.eye_ray(from);
         let crossing = self.scene.first_hit(&ray, &mut self.workspace)?;
         let (hit, place) = self.hit(&ray, ray.dir, crossing);
         let leaf = &self.scene.leaves[crossing.leaf as usize];
@@ -288,12 +296,8 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
 
     /// The light that arrives at the eye from a point of the image plane; black where there is nothing.
     #[inline(never)]
-    pub(crate) fn radiance(
-        &mut self,
-        grid: &Grid<R>,
-        from: ImagePoint,
-    ) -> Result<Vec3<R>, E::Error> {
-        self.follow::<false>(grid.ray(from))
+    pub(crate) fn radiance(&mut self, from: ImagePoint) -> Result<Vec3<R>, E::Error> {
+        self.follow::<false>(from)
     }
 
     /// The same, and what was decided on the way: which faces were met, which lamps reach them, and
@@ -301,11 +305,10 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     #[inline(never)]
     pub(crate) fn signed_radiance(
         &mut self,
-        grid: &Grid<R>,
         from: ImagePoint,
     ) -> Result<(Vec3<R>, Signature), E::Error> {
         self.signature = Signature::NONE;
-        let light = self.follow::<true>(grid.ray(from))?;
+        let light = self.follow::<true>(from)?;
         Ok((light, self.signature))
     }
 
@@ -318,9 +321,17 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
     }
 
     #[inline(always)]
-    fn follow<const SIGNED: bool>(&mut self, ray: Ray<R>) -> Result<Vec3<R>, E::Error> {
+    fn follow<const SIGNED: bool>(&mut self, from: ImagePoint) -> Result<Vec3<R>, E::Error> {
         self.start();
+        let ray = self.eye_ray(from);
         self.go_on::<SIGNED>(ray)
+    }
+
+    /// The ray from the eye through a point of the image plane.
+    #[inline(always)]
+    fn eye_ray(&mut self, from: ImagePoint) -> Ray<R> {
+        self.workspace.tiles.enter(from, &self.grid, self.scene);
+        self.grid.ray(from)
     }
 
     /// Begins a path.

@@ -14,6 +14,7 @@ use crate::plan::Part;
 use crate::ray::{Crossing, Line, Medium, On, Ray, Reach, TIE_ROUNDINGS};
 use crate::scene::{Component, Leaf, Scene};
 use crate::shape::{self, End, LocalRay};
+use crate::tiles::Tiles;
 use crate::tree;
 
 /// Memory for tracing, kept from ray to ray.
@@ -21,6 +22,8 @@ use crate::tree;
 pub(crate) struct Workspace<R> {
     pub(crate) tree: tree::Workspace<R>,
     pending: Pending,
+    /// Where rays from the eye begin to look.
+    pub(crate) tiles: Tiles,
     /// Boundaries of components, with the component's index.
     crossings: Vec<(u32, Crossing<R>)>,
 }
@@ -30,6 +33,7 @@ impl<R: Real> Workspace<R> {
         Workspace {
             tree: tree::Workspace::new(scene),
             pending: Pending::default(),
+            tiles: Tiles::new(),
             crossings: Vec::new(),
         }
     }
@@ -196,7 +200,13 @@ impl<R: Real> Scene<R> {
     /// A ray, to be tested against boxes.
     #[inline(always)]
     fn reach(&self, ray: &Ray<R>) -> Reach<R> {
-        Reach { ray: *ray, line: Line::new(ray, self.conditioning, self.extent) }
+        Reach { ray: *ray, line: self.line(ray) }
+    }
+
+    /// The same without the ray.
+    #[inline(always)]
+    pub(crate) fn line(&self, ray: &Ray<R>) -> Line {
+        Line::new(ray, self.conditioning, self.extent)
     }
 
     /// The first boundary ahead of the ray's origin. Of those that tie with the first, the one of
@@ -226,11 +236,16 @@ impl<R: Real> Scene<R> {
         reach: &Reach<R>,
         workspace: &mut Workspace<R>,
     ) -> ControlFlow<(), Option<Crossing<R>>> {
-        let Workspace { tree, pending, crossings: others } = workspace;
+        let Workspace { tree, pending, tiles, crossings: others } = workspace;
         others.clear();
         let mut first: Option<Crossing<R>> = None;
         let (mut first_index, mut t_end) = (0, f64::INFINITY);
-        let mut candidates = self.hierarchy.candidates(&reach.line, pending);
+        let mut candidates = match tiles.start() {
+            Some(start) if !OUTSIDE && (!R::KEEPS_ACCOUNT || start.holds(&reach.line)) => {
+                self.hierarchy.candidates_from(start, &reach.line, pending)
+            }
+            _ => self.hierarchy.candidates(&reach.line, pending),
+        };
         while let Some(index) = candidates.next(t_end) {
             let Some(crossing) = self.entry::<OUTSIDE>(index, reach, t_end, tree)? else {
                 continue;
@@ -388,7 +403,7 @@ impl<R: Real> Scene<R> {
     /// that overlap or touch are none of the union.
     #[inline(never)]
     fn first_exit(&self, reach: Reach<R>, workspace: &mut Workspace<R>) -> Option<Crossing<R>> {
-        let Workspace { tree, pending, crossings } = workspace;
+        let Workspace { tree, pending, crossings, .. } = workspace;
         crossings.clear();
         let mut n_around: usize = 0;
         let mut candidates = self.hierarchy.candidates(&reach.line, pending);

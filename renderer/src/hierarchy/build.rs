@@ -189,11 +189,16 @@ fn subtree<'i>(
 }
 
 impl Node {
+    /// A node without children. What holds nothing is where hardly a ray goes: an inverted box would be
+    /// met by all.
+    pub(super) const NOTHING: Node = Node {
+        boxes: Boxes { lo: [[f32::MAX; WIDTH]; 3], hi: [[f32::MAX; WIDTH]; 3] },
+        children: [Child::Nothing; WIDTH],
+    };
+
     /// A node with these children and the boxes around them.
     fn of(sides: impl Iterator<Item = (Box32, Child)>) -> Node {
-        // What holds nothing is where hardly a ray goes: an inverted box would be met by all.
-        let boxes = Boxes { lo: [[f32::MAX; WIDTH]; 3], hi: [[f32::MAX; WIDTH]; 3] };
-        let mut node = Node { boxes, children: [Child::Nothing; WIDTH] };
+        let mut node = Node::NOTHING;
         for (side, (bounds, child)) in sides.enumerate() {
             node.children[side] = child;
             for axis in 0..3 {

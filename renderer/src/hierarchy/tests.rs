@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::*;
 use crate::bounds::Bounds;
 use crate::numeric::vec3::Vec3;
-use crate::ray::{Conditioning, Medium, Ray};
+use crate::ray::{Beam, Conditioning, Medium, Ray};
 
 /// Numbers in [0, 1), the same in every run (Steele, Lea and Flood, "Fast splittable pseudorandom
 /// number generators", 2014).
@@ -106,6 +106,71 @@ fn the_nearest_is_found_without_visiting_what_is_behind_it() {
         n_all += visited(&hierarchy, &line, f64::INFINITY).len();
     }
     assert!(n_nearest * 3 < n_all * 2, "{n_nearest} of {n_all}");
+}
+
+/// The items that a line meets which begins where it is told.
+fn visited_from(start: &Start, hierarchy: &Hierarchy, line: &Line) -> Vec<u32> {
+    let mut pending = Pending::default();
+    let mut candidates = hierarchy.candidates_from(start, line, &mut pending);
+    let mut items: Vec<u32> = std::iter::from_fn(|| candidates.next(f64::INFINITY)).collect();
+    items.sort_unstable();
+    items
+}
+
+#[test]
+fn lines_of_a_beam_miss_nothing_by_where_they_start() {
+    let mut random = Random(7);
+    for n in [0, 1, 3, 9, 300, 6000] {
+        let boxes = random.boxes(n);
+        let hierarchy = hierarchy(&boxes);
+        let (mut n_opened, mut n_met) = (0, 0);
+        for round in 0..200 {
+            let origin = random.triple(20.0);
+            // Beams of all widths, along axes too, and to both sides of them.
+            let size = random.next().powi(4);
+            let middle = if round % 4 == 0 { [0.0; 3] } else { random.triple(4.0) };
+            let mut line_at = |[x, y]: [f64; 2]| {
+                let [x, y] = [middle[0] + size * x, middle[1] + size * y];
+                let dir = Vec3::from_f64s([x, y, middle[2].signum()]);
+                let origin = Vec3::from_f64s(origin);
+                let ray = Ray { origin, dir, on: None, medium: Medium::Unknown };
+                Line::new::<f64>(&ray, Conditioning { linear: 1.0, shift: 0.0 }, 0.0)
+            };
+            let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]].map(&mut line_at);
+            let start = Start::new(&hierarchy, Beam::between(&corners));
+            for _ in 0..20 {
+                let [x, y, _] = random.triple(2.0);
+                let line = line_at([x, y]);
+                assert!(start.holds(&line));
+                let found = visited_from(&start, &hierarchy, &line);
+                let from_root = visited(&hierarchy, &line, f64::INFINITY);
+                // An only child is not asked whether its box is met.
+                let is_missed = |item: &u32| found.binary_search(item).is_err();
+                assert!(!from_root.iter().any(is_missed), "{found:?}, from the root {from_root:?}");
+                assert!(found.len() <= from_root.len() + 1);
+                n_met += from_root.len();
+            }
+            n_opened += usize::from(start.n_children() > 0);
+        }
+        assert!(n < 300 || n_opened > 20, "{n}: {n_opened} of 200 beams meet anything");
+        assert!(n < 300 || n_met > 1000, "{n}: {n_met} items were there to be missed");
+    }
+}
+
+#[test]
+fn a_beam_holds_only_lines_between_its_corners() {
+    let line = |x: f64, y: f64, size: f64| {
+        let (origin, dir) = (Vec3::from_f64s([0.0, 0.0, -1.0]), Vec3::from_f64s([x, y, 1.0]));
+        let ray = Ray { origin, dir, on: None, medium: Medium::Unknown };
+        Line::new::<f64>(&ray, Conditioning { linear: 1.0, shift: size }, 0.0)
+    };
+    let corner = |x, y| line(x, y, 1.0);
+    let beam =
+        Beam::between(&[corner(1.0, 1.0), corner(2.0, 1.0), corner(1.0, 3.0), corner(2.0, 3.0)]);
+    assert!(beam.holds(&line(1.5, 1.0, 1.0)) && beam.holds(&line(2.0, 3.0, 1.5)));
+    assert!(!beam.holds(&line(2.1, 2.0, 1.0)), "to the right");
+    assert!(!beam.holds(&line(1.5, 0.9, 1.0)), "below");
+    assert!(!beam.holds(&line(1.5, 2.0, 100.0)), "from an origin less certain");
 }
 
 #[test]

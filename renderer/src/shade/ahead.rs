@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::{Hit, Place, Sample, Shader};
-use crate::camera::{Grid, ImagePoint};
+use crate::camera::ImagePoint;
 use crate::numeric::real::Real;
 use crate::numeric::vec3::Vec3;
 use crate::plan::Part;
@@ -70,17 +70,16 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
     pub(crate) fn pixel_radiance(
         &mut self,
         ahead: &mut Ahead<R>,
-        grid: &Grid<R>,
         [column, row]: [u32; 2],
         end: u32,
     ) -> Result<Vec3<R>, E::Error> {
         if ahead.row != row || !ahead.columns.contains(&column) {
             ahead.row = row;
             ahead.columns = column..end.min(column.saturating_add(MAX_BATCH as u32));
-            self.look_ahead(ahead, grid);
+            self.look_ahead(ahead);
         }
         if ahead.met.is_empty() {
-            self.radiance(grid, ImagePoint::centre(column, row))
+            self.radiance(ImagePoint::centre(column, row))
         } else {
             self.met_radiance(&ahead.met[(column - ahead.columns.start) as usize])
         }
@@ -88,7 +87,7 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
 
     /// Finds the first hits of a stretch of pixels, if that pays.
     #[inline(never)]
-    fn look_ahead(&mut self, ahead: &mut Ahead<R>, grid: &Grid<R>) {
+    fn look_ahead(&mut self, ahead: &mut Ahead<R>) {
         ahead.met.clear();
         // What keeps account of doubts needs to know in which order they come up.
         let may_pay = !R::KEEPS_ACCOUNT && self.scene.omissions.holds(Part::Calls);
@@ -101,7 +100,7 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
         }
         ahead.wanted.clear();
         for column in ahead.columns.clone() {
-            let met = self.meet(grid, ImagePoint::centre(column, ahead.row));
+            let met = self.meet(ImagePoint::centre(column, ahead.row));
             if let Some(met) = &met
                 && let Some(needs) = self.surfaces.batch_needs(met.surface)
             {
@@ -119,8 +118,8 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
 
     /// The point that a ray through a point of the image plane meets first.
     #[inline(always)]
-    fn meet(&mut self, grid: &Grid<R>, from: ImagePoint) -> Option<Met<R>> {
-        let ray = grid.ray(from);
+    fn meet(&mut self, from: ImagePoint) -> Option<Met<R>> {
+        let ray = self.eye_ray(from);
         let crossing = self.scene.first_hit(&ray, &mut self.workspace)?;
         let dir = ray.dir.normalized().unwrap_or(Vec3::ZERO);
         let (hit, at) = self.hit(&ray, dir, crossing);
