@@ -208,3 +208,77 @@ fn values_of_several_types_are_told_apart_where_they_are_used() {
         assert!(results.iter().any(Result::is_err), "{results:?}: {text}");
     }
 }
+
+/// Reals on either side of where operators change what they do: signs of zeros, the ends of `clampf`,
+/// and of what `floor` has an integer for.
+#[test]
+fn reals_at_the_edges_of_operators() {
+    let two_63 = 9_223_372_036_854_775_808.0;
+    let edges = [
+        0.0,
+        -0.0,
+        0.25,
+        -0.25,
+        1.0,
+        -1.0,
+        1.0 + f64::EPSILON,
+        -3.0,
+        two_63,
+        -two_63,
+        f64::from_bits(f64::to_bits(two_63) - 1),
+        -f64::from_bits(f64::to_bits(two_63) + 1),
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+    let points = || {
+        let point = |u| move |v| SurfacePoint { face: 0, u, v };
+        edges.into_iter().flat_map(move |u| edges.into_iter().map(point(u)))
+    };
+    // Constants stand on either side of operators, and go to where branches meet.
+    let expressions = [
+        "u frac",
+        "u clampf",
+        "u floor real",
+        "u floor v floor addi real",
+        "1.5 u subf u 1.5 subf mulf",
+        "2.0 u divf 3.0 v mulf addf",
+        "0.25 v addf u lessf { 0.75 } { v 1.0 lessf { v } { -0.0 } if } if",
+        "1.0 u lessf { u 1.0 lessf { 0.0 } { 1.0 } if } { u } if",
+    ];
+    let mut n_errors = 0;
+    for gray in expressions {
+        let text = surface("", gray);
+        let agreed = agree(&text, LIMITS, points()).expect("it leaves a surface function");
+        let evaluation = agreed.evaluation;
+        assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}: {text}");
+        n_errors += agreed.results.iter().filter(|result| result.is_err()).count();
+    }
+    // Those of `floor`: of five reals alone, and of a sum also where it overflows.
+    assert!(n_errors > 2 * 5 * edges.len(), "{n_errors}");
+}
+
+/// Results that are constants, of any number and in any place, beside others.
+#[test]
+fn constant_results_lie_where_they_belong() {
+    for known in 0_u32..64 {
+        let result = |place: u32| {
+            if known >> place & 1 == 1 {
+                format!("{}.5", place + 1)
+            } else {
+                format!("u {}.0 addf", place + 10)
+            }
+        };
+        let [red, green, blue, kd, ks, n] = std::array::from_fn(|place| result(place as u32));
+        let text = format!("{{ /v /u /face {red} {green} {blue} point {kd} {ks} {n} }}");
+        let (evaluation, results) = call(&text, LIMITS);
+        let is_known = known == 63;
+        assert_eq!(matches!(evaluation, Evaluation::Native { .. }), !is_known, "{evaluation:?}");
+        let bits = |place: u32| {
+            let number = f64::from(place);
+            if known >> place & 1 == 1 { number + 1.5 } else { number + 10.0 }.to_bits()
+        };
+        // The first point has u = 0.
+        assert_eq!(results[0], Ok(std::array::from_fn(|place| bits(place as u32))), "{text}");
+    }
+}

@@ -22,6 +22,7 @@ use crate::sir::{
     Version,
 };
 
+mod constants;
 mod operators;
 
 /// The signature of [`SurfaceFn`](crate::abi::SurfaceFn), or of
@@ -313,13 +314,13 @@ impl Lowering<'_, '_> {
     fn term(&mut self, term: &Term) {
         match term {
             Term::Jump(target, args) => {
-                let params = &self.body.blocks[target.0 as usize].params;
-                let args: Vec<BlockArg> = params
-                    .iter()
-                    .zip(args)
-                    .filter(|(param, _)| self.is_live(**param))
-                    .map(|(_, arg)| BlockArg::Value(self.value(*arg)))
-                    .collect();
+                let body = self.body;
+                let params = &body.blocks[target.0 as usize].params;
+                let arg = |(param, arg): (&Val, &Val)| {
+                    self.is_live(*param)
+                        .then(|| BlockArg::Value(self.in_register(self.value(*arg))))
+                };
+                let args: Vec<BlockArg> = params.iter().zip(args).filter_map(arg).collect();
                 self.builder.ins().jump(self.blocks[target.0 as usize], &args);
             }
             Term::Branch(condition, [yes, no]) => {
@@ -362,9 +363,8 @@ impl Lowering<'_, '_> {
         }
         let out = self.out.expect("set at the entry");
         let decisions = self.decisions();
-        for (index, value) in values.into_iter().chain(decisions).enumerate() {
-            self.builder.ins().store(MemFlagsData::trusted(), value, out, index as i32 * 8);
-        }
+        let results: Vec<ir::Value> = values.into_iter().chain(decisions).collect();
+        self.store_all(&results, out);
         let done = self.builder.ins().iconst(types::I32, i64::from(DONE));
         self.builder.ins().return_(&[done]);
     }
@@ -434,10 +434,7 @@ impl Lowering<'_, '_> {
                 }
             }
             Inst::Entry { table, index } => self.entry_of_table(table, index),
-            Inst::Abs(val) => {
-                let value = self.value(val);
-                self.builder.ins().fabs(value)
-            }
+            Inst::Abs(val) => self.abs(self.value(val)),
             Inst::Require(relation, [a, b]) => {
                 let (a, b) = (self.value(a), self.value(b));
                 let otherwise = match relation {

@@ -91,6 +91,12 @@ fn instruction(function: &Function, inst: Inst, names: &Names) -> String {
             let is_plain = bare.ends_with(&format!(" {decimal}"));
             if is_plain { bare.to_owned() } else { format!("{bare}    ; {decimal}") }
         }
+        InstructionData::UnaryConst { constant_handle, .. } => {
+            let halves = dfg.constants.get(constant_handle).as_slice().chunks(8);
+            let reals = halves.filter_map(|half| Some(f64::from_le_bytes(half.try_into().ok()?)));
+            let reals: Vec<String> = reals.map(|real| format!("{real:?}")).collect();
+            format!("{bare}    ; {}", reals.join(", "))
+        }
         _ => bare.to_owned(),
     }
 }

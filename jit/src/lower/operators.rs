@@ -2,10 +2,14 @@
 
 use compiler::op::Operator;
 use cranelift_codegen::ir::condcodes::{FloatCC, IntCC};
+use cranelift_codegen::ir::immediates::Ieee64;
 use cranelift_codegen::ir::{self, AbiParam, InstBuilder, Signature, types};
 
 use crate::lower::Lowering;
 use crate::runtime;
+
+/// The sign of a real.
+const SIGN: u64 = 1 << 63;
 
 impl Lowering<'_, '_> {
     pub(super) fn scalar(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
@@ -13,21 +17,33 @@ impl Lowering<'_, '_> {
             return self.call(function, a);
         }
         match op {
-            Operator::AddF => self.builder.ins().fadd(a, b),
-            Operator::SubF => self.builder.ins().fsub(a, b),
-            Operator::MulF => self.builder.ins().fmul(a, b),
-            Operator::DivF => self.builder.ins().fdiv(a, b),
+            Operator::AddF => {
+                let [a, b] = self.constant_last([a, b]);
+                self.builder.ins().fadd(a, b)
+            }
+            Operator::SubF => {
+                let a = self.in_register(a);
+                self.builder.ins().fsub(a, b)
+            }
+            Operator::MulF => {
+                let [a, b] = self.constant_last([a, b]);
+                self.builder.ins().fmul(a, b)
+            }
+            Operator::DivF => {
+                let a = self.in_register(a);
+                self.builder.ins().fdiv(a, b)
+            }
             Operator::NegF => self.builder.ins().fneg(a),
             Operator::EqF => self.builder.ins().fcmp(FloatCC::Equal, a, b),
-            Operator::LessF => self.builder.ins().fcmp(FloatCC::LessThan, a, b),
+            // Of what is compared, processors may read the lesser from memory, but not the greater.
+            Operator::LessF => {
+                let b = self.in_register(b);
+                self.builder.ins().fcmp(FloatCC::LessThan, a, b)
+            }
             Operator::EqI => self.builder.ins().icmp(IntCC::Equal, a, b),
             Operator::LessI => self.builder.ins().icmp(IntCC::SignedLessThan, a, b),
             Operator::RealOf => self.builder.ins().fcvt_from_sint(types::F64, a),
-            Operator::Frac => {
-                let whole = self.builder.ins().trunc(a);
-                let part = self.builder.ins().fsub(a, whole);
-                self.builder.ins().fcopysign(part, a)
-            }
+            Operator::Frac => self.frac(a),
             Operator::ClampF => self.clamp(a),
             Operator::Sqrt => {
                 let zero = self.builder.ins().f64const(0.0);
@@ -62,22 +78,40 @@ impl Lowering<'_, '_> {
     fn clamp(&mut self, a: ir::Value) -> ir::Value {
         let zero = self.builder.ins().f64const(0.0);
         let one = self.builder.ins().f64const(1.0);
-        let is_above = self.builder.ins().fcmp(FloatCC::GreaterThan, a, one);
+        let one = self.in_register(one);
+        // Cranelift knows selections in this form as the minimum and the maximum of two.
+        let is_above = self.builder.ins().fcmp(FloatCC::LessThan, one, a);
         let at_most_one = self.builder.ins().select(is_above, one, a);
-        let is_below = self.builder.ins().fcmp(FloatCC::LessThan, a, zero);
+        let is_below = self.builder.ins().fcmp(FloatCC::LessThan, at_most_one, zero);
         self.builder.ins().select(is_below, zero, at_most_one)
+    }
+
+    /// What is left of a number without its whole part has its sign, unless it is 0: that gets it here.
+    fn frac(&mut self, a: ir::Value) -> ir::Value {
+        let whole = self.builder.ins().trunc(a);
+        let part = self.builder.ins().fsub(a, whole);
+        let mask = self.builder.ins().f64const(Ieee64::with_bits(SIGN));
+        let mask = self.in_register(mask);
+        let sign = self.builder.ins().band(a, mask);
+        self.builder.ins().bor(part, sign)
+    }
+
+    /// All but the sign.
+    pub(super) fn abs(&mut self, a: ir::Value) -> ir::Value {
+        let mask = self.builder.ins().f64const(Ieee64::with_bits(!SIGN));
+        let mask = self.in_register(mask);
+        self.builder.ins().band(a, mask)
     }
 
     fn floor(&mut self, a: ir::Value) -> ir::Value {
         let below = self.builder.ins().floor(a);
         let low = self.builder.ins().f64const(-9_223_372_036_854_775_808.0);
         let high = self.builder.ins().f64const(9_223_372_036_854_775_808.0);
-        // Written so that NaN is out of range too.
-        let reaches = self.builder.ins().fcmp(FloatCC::GreaterThanOrEqual, below, low);
-        let fits = self.builder.ins().fcmp(FloatCC::LessThan, below, high);
-        let is_in = self.builder.ins().band(reaches, fits);
-        let is_out = self.builder.ins().icmp_imm_s(IntCC::Equal, is_in, 0);
-        self.leave_if(is_out);
+        // NaN leaves as what is too low. Each comparison is one instruction that reads its bound.
+        let is_low = self.builder.ins().fcmp(FloatCC::UnorderedOrLessThan, below, low);
+        self.leave_if(is_low);
+        let is_high = self.builder.ins().fcmp(FloatCC::GreaterThanOrEqual, below, high);
+        self.leave_if(is_high);
         self.builder.ins().fcvt_to_sint_sat(types::I64, below)
     }
 
