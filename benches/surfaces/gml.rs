@@ -75,9 +75,15 @@ impl Ran {
 #[inline(always)]
 pub(crate) fn call<E: SurfaceEval>(evaluator: &mut E, face: u8, u: f64, v: f64) -> Answer {
     let Ok(sample) = evaluator.eval(SurfaceId(0), &SurfacePoint { face, u, v }) else {
-        panic!("the surface function fails at face {face}, u {u}, v {v}")
+        fails(face, u, v)
     };
     numbers(&sample)
+}
+
+/// Takes values, so that those of calls that do not fail stay in registers.
+#[cold]
+fn fails(face: u8, u: f64, v: f64) -> ! {
+    panic!("the surface function fails at face {face}, u {u}, v {v}")
 }
 
 /// What a surface function leaves, in order.

@@ -142,19 +142,29 @@ impl Code {
     }
 }
 
-/// What a shader has left. Each number is loaded by itself, as the shader has stored it: the
-/// compiler would load two or four at once, and wait until those stores have reached the cache.
+/// What a shader has left.
 #[inline(always)]
 fn sample(out: &SurfaceOut) -> SurfaceSample {
+    let SurfaceOut { color: [red, green, blue], kd, ks, phong_exp } = out;
+    let [red, green, blue, kd, ks, phong_exp] = [red, green, blue, kd, ks, phong_exp].map(load);
+    SurfaceSample { color: DVec3::new(red, green, blue), kd, ks, phong_exp }
+}
+
+/// The same sample, in registers as what native code has left: where several ways of evaluation meet,
+/// the compiler would pack the numbers of all of them into vectors, and unpack those.
+#[inline(always)]
+pub(crate) fn load_each(sample: &SurfaceSample) -> SurfaceSample {
+    let SurfaceSample { color: DVec3 { x, y, z }, kd, ks, phong_exp } = sample;
+    let [red, green, blue, kd, ks, phong_exp] = [x, y, z, kd, ks, phong_exp].map(load);
+    SurfaceSample { color: DVec3::new(red, green, blue), kd, ks, phong_exp }
+}
+
+/// Loads a number by itself, as a shader has stored it: the compiler would load two or four at once,
+/// and wait until those stores have reached the cache.
+#[inline(always)]
+fn load(number: &f64) -> f64 {
     // SAFETY: a reference is valid for reading.
-    let load = |number: &f64| unsafe { std::ptr::from_ref(number).read_volatile() };
-    let [red, green, blue] = &out.color;
-    SurfaceSample {
-        color: DVec3::new(load(red), load(green), load(blue)),
-        kd: load(&out.kd),
-        ks: load(&out.ks),
-        phong_exp: load(&out.phong_exp),
-    }
+    unsafe { std::ptr::from_ref(number).read_volatile() }
 }
 
 impl Code<BoundedFn> {

@@ -19,7 +19,7 @@ use vm::value::Closure;
 
 use crate::batch::{self, Batch, Lanes};
 use crate::certify::BoundedCode;
-use crate::code::{Code, Native, isa};
+use crate::code::{Code, Native, isa, load_each};
 use crate::outline::{KeyItem, Outline, outline};
 pub use crate::report::{CompileTimes, Evaluation, Observer, Region, SurfaceReport};
 use crate::signed::{Signed, SignedVersion};
@@ -385,19 +385,19 @@ impl SurfaceEval for NativeSurfaces<'_> {
 
     #[inline(always)]
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
-        let index = surface.0 as usize;
-        match self.shaders.slots[index].tier.get() {
+        match self.shaders.slots[surface.0 as usize].tier.get() {
             Some(Tier::Native(native, needs)) => {
                 let SurfacePoint { face, u, v } = at.locate(*needs);
-                match native.call(face, u, v) {
-                    Some(sample) => Ok(sample),
-                    None => self.interpret(surface, at),
+                if let Some(sample) = native.call(face, u, v) {
+                    return Ok(sample);
                 }
             }
-            Some(Tier::Constant(sample)) => Ok(*sample),
-            Some(Tier::Interpreted(_)) => self.interpret(surface, at),
-            None => Ok(self.eval_cold(index, surface, at)?),
+            Some(Tier::Constant(sample)) => return Ok(load_each(sample)),
+            Some(Tier::Interpreted(_)) | None => {}
         }
+        // A copy is handed on, so that the place itself may stay in registers.
+        let at = at.locate(Needs::ALL);
+        self.interpret(surface, &at).map(|sample| load_each(&sample))
     }
 
     fn constant(&mut self, surface: SurfaceId) -> Option<SurfaceSample> {
@@ -450,29 +450,19 @@ impl SurfaceEval for NativeSurfaces<'_> {
 }
 
 impl NativeSurfaces<'_> {
-    /// Asks the interpreter.
-    #[allow(
-        clippy::needless_question_mark,
-        reason = "put together again, its answer is in registers like those of native code beside it"
-    )]
-    #[inline(always)]
+    /// Asks the interpreter, and sees whether that has become too slow.
+    #[cold]
+    #[inline(never)]
     fn interpret(
         &mut self,
         surface: SurfaceId,
-        at: &impl Locate,
-    ) -> Result<SurfaceSample, Box<Error>> {
-        Ok(self.interpreter.eval(surface, at)?)
-    }
-
-    #[cold]
-    fn eval_cold(
-        &mut self,
-        index: usize,
-        surface: SurfaceId,
-        at: &impl Locate,
+        at: &SurfacePoint,
     ) -> Result<SurfaceSample, Box<Error>> {
         let sample = self.interpreter.eval(surface, at)?;
-        self.shaders.warm_up(index, self.interpreter.fuel_used(), sample);
+        let index = surface.0 as usize;
+        if self.shaders.slots[index].tier.get().is_none() {
+            self.shaders.warm_up(index, self.interpreter.fuel_used(), sample);
+        }
         Ok(sample)
     }
 }
