@@ -106,7 +106,7 @@ impl Hierarchy {
             candidates.n_pending = 1;
         } else {
             for node in start.nodes() {
-                candidates.open(node, 0, f64::INFINITY);
+                candidates.open::<true>(node, 0, f64::INFINITY);
             }
         }
         candidates
@@ -134,6 +134,17 @@ impl<'h> Candidates<'h> {
     /// from call to call.
     #[inline(always)]
     pub(crate) fn next(&mut self, t_end: f64) -> Option<u32> {
+        self.advance::<true>(t_end)
+    }
+
+    /// The same, but for the order of items, which takes time to keep.
+    #[inline(always)]
+    pub(crate) fn next_unordered(&mut self, t_end: f64) -> Option<u32> {
+        self.advance::<false>(t_end)
+    }
+
+    #[inline(always)]
+    fn advance<const ORDERED: bool>(&mut self, t_end: f64) -> Option<u32> {
         if let Some(&item) = self.unbounded.next() {
             return Some(item);
         }
@@ -143,7 +154,7 @@ impl<'h> Candidates<'h> {
                 (_, t) if t > t_end => {}
                 (Child::Item(item), _) => return Some(item),
                 (Child::Node(index), _) => {
-                    self.open(&self.nodes[index as usize], self.n_pending, t_end);
+                    self.open::<ORDERED>(&self.nodes[index as usize], self.n_pending, t_end);
                 }
                 (Child::Nothing, _) => {}
             }
@@ -151,16 +162,16 @@ impl<'h> Candidates<'h> {
         None
     }
 
-    /// Puts the children of a node whose boxes are met on the stack, the nearest of all from `first` on
-    /// last.
+    /// Puts the children of a node whose boxes are met on the stack, if `ORDERED` the nearest of all
+    /// from `first` on last.
     #[inline(always)]
-    fn open(&mut self, node: &Node, first: usize, t_end: f64) {
+    fn open<const ORDERED: bool>(&mut self, node: &Node, first: usize, t_end: f64) {
         let (enter, mut met) = self.line.enters(&node.boxes, t_end);
         while met != 0 {
             let side = met.trailing_zeros() as usize;
             met &= met - 1;
             let mut place = self.n_pending;
-            while place > first && self.pending[place - 1].1 < enter[side] {
+            while ORDERED && place > first && self.pending[place - 1].1 < enter[side] {
                 self.pending[place] = self.pending[place - 1];
                 place -= 1;
             }

@@ -312,7 +312,7 @@ impl<R: Real> Scene<R> {
         loop {
             let index = match tried {
                 Some(index) if !is_tried => index,
-                _ => match candidates.next(end_of_ties) {
+                _ => match candidates.next_unordered(end_of_ties) {
                     Some(index) if tried == Some(index) => continue,
                     Some(index) => index,
                     None => return false,
