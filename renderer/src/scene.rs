@@ -137,21 +137,28 @@ impl<R: Real> Scene<R> {
         leaves.map(|(leaf, detail)| (leaf.kind, detail.surface))
     }
 
-    /// Brings a point from the object space of a leaf to world space.
+    /// Brings a point of a leaf's surface and the normal there from object space to world space; the
+    /// normal gets any length.
     #[inline(always)]
-    pub(crate) fn world_point(&self, leaf: u32, p: Vec3<R>) -> Vec3<R> {
-        let map = &self.maps[self.details[leaf as usize].map as usize..];
-        let map = if self.leaves[leaf as usize].is_diagonal {
-            let [Vec3 { x, y, z }, shift] = *map.first_chunk().expect("a diagonal and a shift");
-            let zero = R::ZERO;
-            let rows =
-                [Vec3::new(x, zero, zero), Vec3::new(zero, y, zero), Vec3::new(zero, zero, z)];
-            Affine { rows, shift }
-        } else {
+    pub(crate) fn in_world(&self, index: u32, p: Vec3<R>, normal: Vec3<R>) -> [Vec3<R>; 2] {
+        let leaf = &self.leaves[index as usize];
+        let map = &self.maps[self.details[index as usize].map as usize..];
+        let object_from_world = &leaf.object_from_world;
+        if !leaf.is_diagonal {
             let [x, y, z, shift] = *map.first_chunk().expect("three rows and a shift");
-            Affine { rows: [x, y, z], shift }
-        };
-        map.point(p)
+            let map = Affine { rows: [x, y, z], shift };
+            return [map.point(p), object_from_world.transposed_vector(normal)];
+        }
+        let [Vec3 { x, y, z }, shift] = *map.first_chunk().expect("a diagonal and a shift");
+        let zero = R::ZERO;
+        let rows = [Vec3::new(x, zero, zero), Vec3::new(zero, y, zero), Vec3::new(zero, zero, z)];
+        let map = Affine { rows, shift };
+        // What is infinite or NaN times 0 is NaN, which the products that are left out would add.
+        let is_finite = p.to_dvec3().element_sum().is_finite();
+        if leaf.is_unturned && is_finite {
+            return [map.point_by_diagonal(p), object_from_world.vector_by_diagonal(normal)];
+        }
+        [map.point(p), object_from_world.transposed_vector(normal)]
     }
 
     /// The world-space surface that a face of a leaf is part of.
@@ -201,4 +208,39 @@ impl<R: Real> Leaf<R> {
 fn largest_row<R: Real>(map: &Affine<R>) -> f64 {
     let size = |row: &Vec3<R>| (row.x.abs() + row.y.abs() + row.z.abs()).to_f64();
     map.rows.iter().map(size).fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::object::{Object, TransformOp};
+    use glam::DVec3;
+
+    /// A point and a normal of world space, in which numbers that are not are all the same.
+    fn in_world(omissions: Omissions, p: Vec3<f64>) -> [[Option<f64>; 3]; 2] {
+        let ops = [
+            TransformOp::Scale(DVec3::new(3.0, -0.7, 0.1)),
+            TransformOp::Translate(DVec3::new(0.3, -2.0, 7.0)),
+        ];
+        let sphere = Object::shape(ShapeKind::Sphere, ());
+        let placed =
+            ops.iter().fold(sphere, |object, &op| object.transformed(op).expect("regular"));
+        let scene: Scene<f64> = Scene::new(&placed, |()| SurfaceId(0)).leaving_out(omissions);
+        let number = |x: f64| (!x.is_nan()).then_some(x);
+        scene.in_world(0, p, p).map(|v| <[f64; 3]>::from(v).map(number))
+    }
+
+    #[test]
+    fn zeros_are_left_out_of_points_and_normals_where_nothing_changes() {
+        let numbers = [0.0, 0.6, -1e-310, 1e308, f64::INFINITY, f64::NEG_INFINITY, f64::NAN];
+        for x in numbers {
+            for y in numbers {
+                for z in numbers {
+                    let p = Vec3::new(x, y, z);
+                    let [found, all] = [Omissions::ALL, Omissions::NONE].map(|o| in_world(o, p));
+                    assert_eq!(found, all, "{p:?}");
+                }
+            }
+        }
+    }
 }

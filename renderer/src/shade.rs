@@ -478,12 +478,12 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let computed = shape::hit_point(leaf.kind, &local, crossing.root());
         let size = leaf.origin_size(ray) + computed.max_norm().to_f64();
         let point = computed.map(|coordinate| shape::settled(coordinate, size));
-        let outward =
-            leaf.object_from_world.transposed_vector(shape::normal(leaf.kind, face, point));
+        let outward = shape::normal(leaf.kind, face, point);
+        let [world_point, outward] = self.scene.in_world(crossing.leaf, point, outward);
         let normal = outward.normalized().map(|n| if n.dot(dir) > R::ZERO { -n } else { n });
         let on = On { leaf: crossing.leaf, surface: self.scene.face_surface(leaf, face), point };
         let medium = if crossing.is_entry() { Medium::Outside } else { Medium::Inside };
-        let hit = Hit { on, point: self.scene.world_point(crossing.leaf, point), normal, medium };
+        let hit = Hit { on, point: world_point, normal, medium };
         (hit, Place { kind: leaf.kind, face, point, size })
     }
 }

@@ -48,7 +48,8 @@ impl<R: Real> Affine<R> {
         )
     }
 
-    /// As [`Affine::vector`] where the matrix is diagonal.
+    /// As [`Affine::vector`] where the matrix is diagonal, and as [`Affine::transposed_vector`], since
+    /// such a matrix is its own transpose.
     #[inline(always)]
     pub fn vector_by_diagonal(&self, v: Vec3<R>) -> Vec3<R> {
         let [x, y, z] = self.rows;
