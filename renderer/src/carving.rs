@@ -14,8 +14,10 @@ use crate::trace::LeafSpan;
 use crate::tree::Workspace;
 
 /// Where a ray meets more that is taken away, a list is made: comparisons of all with one another grow
-/// with the square of the number. From where on a list is quicker was not measured.
-const MAX_TAKEN: usize = 8;
+/// with the square of the number. Of a block from which overlapping spheres are taken away one behind the
+/// other, a picture takes 0.81 to 0.97 of the time that it takes with lists where rays meet 4 to 32 of
+/// them, and 1.13 where they meet 48; beyond the limit, what is compared in vain makes that 1.1 to 1.3.
+const MAX_TAKEN: usize = 32;
 
 /// The span of a shape that is taken away, of which the exit lies ahead.
 #[derive(Clone, Copy, Debug)]

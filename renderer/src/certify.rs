@@ -75,7 +75,8 @@ impl CertainScene {
 }
 
 /// Where so many pixels in a row are left open by balls of rough doubles, the next will be as well: then
-/// one in so many is tried in them.
+/// one in so many is tried in them. Of eight pictures with such stretches, the time with 1 is 1.09 to 1.54
+/// times that with 4, with 2 it is 1.02 to 1.16, with 8 it is 0.98 to 1.04, and with 16 it is 1.02 to 1.22.
 const MAX_OPEN: u32 = 4;
 
 /// What one thread finds pixels with.

@@ -15,13 +15,17 @@ use crate::surface::{
     Locate, MAX_BATCH, Needs, SurfaceEval, SurfaceId, SurfacePoint, SurfaceSample,
 };
 
-/// Fewer points of one surface than this are no batch: it takes little less time than a full one.
-const MIN_BATCH: usize = 12;
+/// Fewer points of one surface than this are no batch. A picture of nine sines at each point, in stretches
+/// of so many pixels, takes with batches 1.23 times as long as without if there are 4, 1.02 times if there
+/// are 6, 0.89 if there are 8, and 0.80 if there are 12.
+const MIN_BATCH: usize = 8;
 
-/// Where less than one hit in so many is part of a batch, the next pixels are looked at alone.
+/// Where less than one hit in so many is part of a batch, the next pixels are looked at alone. From 2 to
+/// 64, times of pictures with a small sphere of many sines differ by less than 3 %, which is noise.
 const MIN_SHARE: usize = 4;
 
-/// How many stretches of pixels are looked at alone then.
+/// How many stretches of pixels are looked at alone then. With none, such pictures take 1.07 to 1.09 times
+/// as long; from 3 to 40 they differ by less than 3 %.
 const N_ALONE: u32 = 7;
 
 /// A stretch of pixels in a row, whose first hits may have been found ahead.
