@@ -1,14 +1,19 @@
 //! Doubles whose every operation counts as rounded, for balls that take little time.
 //!
 //! What an operation rounds off is bounded by half a unit in the last place of its result, rather than
-//! found. Only results of 0 that follow from exact zeros stay exact. Where a decision needs to know
-//! that another result is exact as well, balls of plain doubles tell.
+//! found. Only results of 0 stay exact, if what they follow from is. Where a decision needs to know that
+//! another result is exact as well, balls of plain doubles tell.
 //!
 //! What falls below the range of doubles takes no case of its own, as no bound but that of 0 is lost to
 //! it: a ball is 0 exactly, or exact and at least 2^-400, or has a radius of at least 2^-505. So a
 //! product of two that are not 0 has a bound of at least 2^-1012, to which the [floor](Bounding::floor)
 //! adds 2^-500. A sum needs none: of exact terms, which are multiples of 2^-452, it is 0 or at least
 //! that, and half a unit in its last place is 2^-505.
+//!
+//! A product and a term that are added with one rounding may cancel, and no room is needed for that: of
+//! exact numbers the sum is a multiple of 2^-904, so that it is rounded by at most half a unit in its
+//! last place, and 0 only if it is exactly 0. If one of them is not exact, its radius is in the bound, and
+//! with the floor that is more than what is rounded off below the range of doubles.
 
 use std::cmp::Ordering;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -57,10 +62,7 @@ impl Bounding for Rough {
         let ([ax, ay, az], [bx, by, bz]) = (a.map(|x| x.middle.0), b.map(|x| x.middle.0));
         let (last, of_last) = match term {
             None => (az * bz, 0.0),
-            Some(Ball { middle: Rough(term), radius }) => {
-                // The size of the term is counted so that what cancels is not taken for 0.
-                (az.mul_add(bz, term), radius + unit(term.abs()))
-            }
+            Some(Ball { middle: Rough(term), radius }) => (az.mul_add(bz, term), radius),
         };
         let second = ay.mul_add(by, last);
         let sum = ax.mul_add(bx, second);
@@ -94,8 +96,7 @@ impl Bounding for Rough {
     #[inline(always)]
     fn product_sum(Rough(a): Self, Rough(b): Self, Rough(c): Self) -> Rounded<Self> {
         let sum = a.mul_add(b, c);
-        // Both terms may cancel: see the inner product.
-        (Rough(sum), unit(sum.abs() + c.abs()))
+        (Rough(sum), unit(sum.abs()))
     }
 
     #[inline(always)]
@@ -113,7 +114,7 @@ impl Bounding for Rough {
         let first = (s3 * z).mul_add(z, -k);
         let second = (s2 * y).mul_add(y, first);
         let sum = (s1 * x).mul_add(x, second);
-        (Rough(sum), unit(first.abs() + second.abs() + sum.abs() + k.abs()))
+        (Rough(sum), unit(first.abs() + second.abs() + sum.abs()))
     }
 
     fn power_of(Rough(base): Self, exponent: f64) -> Rounded<Self> {

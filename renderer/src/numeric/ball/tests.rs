@@ -203,6 +203,11 @@ fn rough_doubles_know_zeros_alone_to_be_exact() {
     assert!(exact.iter().all(|ball| ball.radius == 0.0));
     assert_eq!(Ball::dot([zero, two, zero], [two, zero, zero]).radius, 0.0);
     assert_eq!(Ball::difference_of_products(zero, two, zero, two).radius, 0.0);
+    let four = ball(4.0);
+    let cancelled = [two.mul_add(two, -four), Ball::dot_and([zero, zero, two], [two; 3], -four)];
+    assert!(cancelled.iter().all(|ball| ball.is_surely_zero()));
+    let near = (two + two).mul_add(two, ball(-8.0));
+    assert!(near.holds_zero() && near.radius > 0.0);
     let rounded = [two * two, two + two, two / two, two - two * ball(1.0), tiny, tiny * tiny];
     assert!(rounded.iter().all(|ball| ball.radius > 0.0));
     assert!((tiny * tiny).radius < 1e-149);
@@ -219,7 +224,10 @@ fn cancelling<T: Exactly>(numbers: &mut Numbers) {
     assert_holds(Ball::difference_of_products(a, b, c, d), &exact, "difference of products");
     let term = near(-(a.middle * b.middle), numbers);
     let (term, t) = numbers.around(term);
-    assert_holds(a.mul_add(b, term), &(&x * &y + t), "product and sum");
+    assert_holds(a.mul_add(b, term), &(&x * &y + &t), "product and sum");
+    let [(e, v), (f, u)] = [0; 2].map(|_| numbers.ball::<T>());
+    let found = Ball::dot_and([e, Ball::ZERO, a], [f, e, b], term);
+    assert_holds(found, &(&v * &u + (&x * &y + t)), "inner product and sum");
     let unit = numbers.unit() * 90.0;
     let (sin, cos) = Dd::sin_cos_degrees(unit);
     let [sin, cos] = [sin, cos].map(|x| near(T::from_dd(x), numbers));
