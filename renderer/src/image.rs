@@ -12,8 +12,8 @@ pub trait Pixel: Copy + Send + Sync + Default + PartialEq {
 /// Bytes: floor(255 c), with c clamped to [0, 1] and NaN black (reference 4.9).
 impl Pixel for [u8; 3] {
     fn from_linear(color: [f64; 3]) -> Self {
-        // `as` rounds toward 0, which is down here, and takes NaN to 0.
-        color.map(|c| (255.0 * c.clamp(0.0, 1.0)) as u8)
+        // `as` rounds toward 0, which is down here, clamps, and takes NaN to 0.
+        color.map(|c| (255.0 * c) as u8)
     }
 
     #[inline]
