@@ -148,7 +148,7 @@ impl<R: Real> Scene<R> {
             }
             let mut around = None;
             for taken in taken {
-                if taken.exit.leaf == first.leaf {
+                if taken.exit.leaf() == first.leaf() {
                     continue;
                 }
                 let is_left = is_plainly_behind(first.t, taken.exit.t, reach);
@@ -168,8 +168,9 @@ impl<R: Real> Scene<R> {
             }
         }
         let face = first.root().face();
-        let is_shared = self.face_surface(&self.leaves[first.leaf as usize], face) < self.n_shared;
-        (!is_shared).then(|| Some(Crossing::new(first.t, first.leaf, first.root(), true)))
+        let is_shared =
+            self.face_surface(&self.leaves[first.leaf() as usize], face) < self.n_shared;
+        (!is_shared).then(|| Some(Crossing::new(first.t, first.leaf(), first.root(), true)))
     }
 }
 

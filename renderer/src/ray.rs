@@ -47,26 +47,33 @@ pub(crate) enum Medium {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Crossing<R> {
     pub(crate) t: R,
-    pub(crate) leaf: u32,
-    /// The root, and whether it is an entry, in one word, so that they are moved as one.
-    side: u32,
+    /// From the top: the leaf in 32 bits, the root, and whether it is an entry, in one word, since they are
+    /// moved as one.
+    boundary: u64,
 }
 
 impl<R> Crossing<R> {
     #[inline(always)]
     pub(crate) fn new(t: R, leaf: u32, root: Root, is_entry: bool) -> Self {
-        Crossing { t, leaf, side: root.bits() << 1 | u32::from(is_entry) }
+        let side = root.bits() << 1 | u32::from(is_entry);
+        Crossing { t, boundary: u64::from(leaf) << 32 | u64::from(side) }
+    }
+
+    /// The index of the shape whose boundary it is.
+    #[inline(always)]
+    pub(crate) fn leaf(&self) -> u32 {
+        (self.boundary >> 32) as u32
     }
 
     #[inline(always)]
     pub(crate) fn root(&self) -> Root {
-        Root::from_bits(self.side >> 1)
+        Root::from_bits(self.boundary as u32 >> 1)
     }
 
     /// Whether the ray goes from outside to inside.
     #[inline(always)]
     pub(crate) fn is_entry(&self) -> bool {
-        self.side & 1 == 1
+        self.boundary & 1 == 1
     }
 }
 

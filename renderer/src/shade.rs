@@ -283,11 +283,11 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let ray = self.eye_ray(from);
         let crossing = self.scene.first_hit(&ray, &mut self.workspace)?;
         let (hit, place) = self.hit(&ray, ray.dir, crossing);
-        let leaf = &self.scene.leaves[crossing.leaf as usize];
+        let leaf = &self.scene.leaves[crossing.leaf() as usize];
         Some(Seen {
-            shape: crossing.leaf as usize,
+            shape: crossing.leaf() as usize,
             kind: leaf.kind,
-            surface: self.scene.details[crossing.leaf as usize].surface,
+            surface: self.scene.details[crossing.leaf() as usize].surface,
             at: place.locate(Needs::ALL),
             point: hit.point.to_dvec3(),
             distance: crossing.t.to_f64() * ray.dir.to_dvec3().length(),
@@ -394,8 +394,8 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
         let (hit, at) = self.hit(ray, dir, crossing);
         self.notice(Doubt::Boundary);
         let side = u64::from(at.face) << 1 | u64::from(crossing.is_entry());
-        self.sign::<SIGNED>(u64::from(crossing.leaf) << 32 | side);
-        let surface = self.scene.details[crossing.leaf as usize].surface;
+        self.sign::<SIGNED>(u64::from(crossing.leaf()) << 32 | side);
+        let surface = self.scene.details[crossing.leaf() as usize].surface;
         let sample = self.sample::<SIGNED>(surface, &at)?;
         self.lit::<SIGNED>(dir, &hit, &sample)
     }
@@ -472,16 +472,16 @@ impl<'s, R: Real, E: SurfaceEval> Shader<'s, R, E> {
 
     #[inline(always)]
     fn hit(&self, ray: &Ray<R>, dir: Vec3<R>, crossing: Crossing<R>) -> (Hit<R>, Place<R>) {
-        let leaf = &self.scene.leaves[crossing.leaf as usize];
+        let leaf = &self.scene.leaves[crossing.leaf() as usize];
         let face = crossing.root().face();
-        let local = self.scene.local_ray(crossing.leaf, ray);
+        let local = self.scene.local_ray(crossing.leaf(), ray);
         let computed = shape::hit_point(leaf.kind, &local, crossing.root());
         let size = leaf.origin_size(ray) + computed.max_norm().to_f64();
         let point = computed.map(|coordinate| shape::settled(coordinate, size));
         let outward = shape::normal(leaf.kind, face, point);
-        let [world_point, outward] = self.scene.in_world(crossing.leaf, point, outward);
+        let [world_point, outward] = self.scene.in_world(crossing.leaf(), point, outward);
         let normal = outward.normalized().map(|n| if n.dot(dir) > R::ZERO { -n } else { n });
-        let on = On { leaf: crossing.leaf, surface: self.scene.face_surface(leaf, face), point };
+        let on = On { leaf: crossing.leaf(), surface: self.scene.face_surface(leaf, face), point };
         let medium = if crossing.is_entry() { Medium::Outside } else { Medium::Inside };
         let hit = Hit { on, point: world_point, normal, medium };
         (hit, Place { kind: leaf.kind, face, point, size })

@@ -115,8 +115,8 @@ impl<R: Real> Scene<R> {
     /// How far `t` of a crossing may be off.
     #[cold]
     fn tolerance(&self, crossing: Crossing<R>, ray: Ray<R>) -> f64 {
-        let leaf = &self.leaves[crossing.leaf as usize];
-        let local = self.local_ray(crossing.leaf, &ray);
+        let leaf = &self.leaves[crossing.leaf() as usize];
+        let local = self.local_ray(crossing.leaf(), &ray);
         let t = crossing.t.to_f64().abs();
         let is_exact = local.is_on(crossing.root().face()) && crossing.t.is_surely_zero();
         // An infinite end is no crossing, and ties with nothing.
@@ -189,8 +189,8 @@ impl<R: Real> Scene<R> {
         // Numbers that keep account of their errors may not know that such roots are the same.
         let is_same = || {
             let [of_a, of_b] =
-                [a, b].map(|c| self.face_surface(&self.leaves[c.leaf as usize], c.root().face()));
-            let is_one = a.leaf == b.leaf && a.root() == b.root();
+                [a, b].map(|c| self.face_surface(&self.leaves[c.leaf() as usize], c.root().face()));
+            let is_one = a.leaf() == b.leaf() && a.root() == b.root();
             is_one || of_a == of_b && of_a < self.n_shared && a.root().plus() == b.root().plus()
         };
         let tolerance = |crossing| self.tolerance(crossing, ray);

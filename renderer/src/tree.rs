@@ -114,7 +114,7 @@ impl<R: Real> Scene<R> {
         for &leaf in &leaves {
             self.collect(leaf, reach, workspace, &mut crossings);
         }
-        crossings.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.leaf.cmp(&b.leaf)));
+        crossings.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.leaf().cmp(&b.leaf())));
         let starts_inside = workspace.is_inside(root);
         for tie in crossings.chunk_by(|a, b| self.is_tie(a, b, reach)) {
             workspace.tie += 1;
@@ -162,7 +162,7 @@ impl<R: Real> Scene<R> {
     /// The `t` that a crossing has for all faces of its surface.
     #[inline(never)]
     fn shared_root(&self, end: Crossing<R>, workspace: &mut Workspace<R>) -> R {
-        let surface = self.face_surface(&self.leaves[end.leaf as usize], end.root().face());
+        let surface = self.face_surface(&self.leaves[end.leaf() as usize], end.root().face());
         if surface < self.n_shared && end.t.to_f64().is_finite() {
             workspace.shared_root(surface, end.root().plus(), end.t)
         } else {
@@ -171,7 +171,7 @@ impl<R: Real> Scene<R> {
     }
 
     fn flip(&self, crossing: &Crossing<R>, workspace: &mut Workspace<R>) {
-        self.spread(self.details[crossing.leaf as usize].node, crossing.is_entry(), workspace);
+        self.spread(self.details[crossing.leaf() as usize].node, crossing.is_entry(), workspace);
     }
 
     /// Sets a node's value and those above that follow from it.
@@ -207,12 +207,12 @@ impl<R: Real> Scene<R> {
             };
             let changed = tie
                 .iter()
-                .filter_map(|crossing| self.operand_above(crossing.leaf, node))
+                .filter_map(|crossing| self.operand_above(crossing.leaf(), node))
                 .filter(|operand| workspace.has_changed(*operand));
             node = if op == SetOp::Union { changed.max() } else { changed.min() }?;
         };
         // A leaf that is entered and left within the tie has not changed: one crossing is meant.
-        let crossing = tie.iter().find(|crossing| crossing.leaf == leaf)?;
+        let crossing = tie.iter().find(|crossing| crossing.leaf() == leaf)?;
         let is_entry = workspace.is_inside(root);
         Some(Crossing::new(crossing.t, leaf, crossing.root(), is_entry))
     }

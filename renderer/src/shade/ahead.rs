@@ -127,7 +127,7 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
         let crossing = self.scene.first_hit(&ray, &mut self.workspace)?;
         let dir = ray.dir.normalized().unwrap_or(Vec3::ZERO);
         let (hit, at) = self.hit(&ray, dir, crossing);
-        let surface = self.scene.details[crossing.leaf as usize].surface;
+        let surface = self.scene.details[crossing.leaf() as usize].surface;
         Some(Met { dir, hit, at, surface, sample: None })
     }
 
