@@ -223,7 +223,7 @@ impl<'b> Contest<'b> {
                 Ok(())
             });
         let Ok(()) = done;
-        bar.finish_and_clear();
+        bar.finish();
         self.contenders = contenders;
         self.n_pixels += plan.n_pixels();
         Ok(())

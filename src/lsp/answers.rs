@@ -5,14 +5,23 @@ use std::collections::BTreeMap;
 use compiler::names::{Binding, Clash};
 use compiler::op::{Operator, Type};
 use compiler::source::Span;
-use lsp_types::{
-    CompletionItem, CompletionItemKind, DocumentHighlight, DocumentHighlightKind, DocumentSymbol,
-    Documentation, Hover, HoverContents, Location, MarkupContent, MarkupKind, Position,
-    PrepareRenameResponse, SymbolKind, TextEdit,
-};
+use serde_json::{Value, json};
 
 use crate::lsp::documents::Document;
 use crate::lsp::program::{Program, without_slash};
+use crate::lsp::types::{Location, Position, TextEdit};
+
+// What names are, by the protocol's numbers.
+const HIGHLIGHT_READ: u8 = 2;
+const HIGHLIGHT_WRITE: u8 = 3;
+const SYMBOL_FUNCTION: u8 = 12;
+const SYMBOL_VARIABLE: u8 = 13;
+const SYMBOL_ARRAY: u8 = 18;
+const SYMBOL_OBJECT: u8 = 19;
+const ITEM_FUNCTION: u8 = 3;
+const ITEM_VARIABLE: u8 = 6;
+const ITEM_CONSTANT: u8 = 21;
+const ITEM_OPERATOR: u8 = 24;
 
 /// The most bytes of source text that a hover shows of a value.
 const MAX_SHOWN: usize = 300;
@@ -21,7 +30,7 @@ const MAX_SHOWN: usize = 300;
 const MAX_COMMENT: usize = 12;
 
 /// What an operator does, or what a name is bound to.
-pub(super) fn hover(program: &Program, place: Position) -> Option<Hover> {
+pub(super) fn hover(program: &Program, place: Position) -> Option<Value> {
     let (text, span) = match program.operator_at(place) {
         Some((op, span)) => (operator_text(op), span),
         None => {
@@ -29,12 +38,11 @@ pub(super) fn hover(program: &Program, place: Position) -> Option<Hover> {
             (binding_text(program, &program.names.bindings[binding]), span)
         }
     };
-    let range = Some(program.range(span));
-    Some(Hover { contents: HoverContents::Markup(markdown(text)), range })
+    Some(json!({ "contents": markdown(&text), "range": program.range(span) }))
 }
 
-fn markdown(value: String) -> MarkupContent {
-    MarkupContent { kind: MarkupKind::Markdown, value }
+fn markdown(text: &str) -> Value {
+    json!({ "kind": "markdown", "value": text })
 }
 
 fn operator_text(op: Operator) -> String {
@@ -114,22 +122,21 @@ pub(super) fn references(
 }
 
 /// The same within the document.
-pub(super) fn highlights(program: &Program, place: Position) -> Option<Vec<DocumentHighlight>> {
+pub(super) fn highlights(program: &Program, place: Position) -> Option<Vec<Value>> {
     let (binding, _) = program.binding_at(place)?;
-    let mark = |(span, kind)| DocumentHighlight { range: program.range(span), kind: Some(kind) };
+    let mark = |(span, kind)| json!({ "range": program.range(span), "kind": kind });
     let binder = without_slash(program.names.bindings[binding].span);
-    let uses = program.names.uses_of(binding).map(|span| (span, DocumentHighlightKind::READ));
-    let all = std::iter::once((binder, DocumentHighlightKind::WRITE)).chain(uses);
+    let uses = program.names.uses_of(binding).map(|span| (span, HIGHLIGHT_READ));
+    let all = std::iter::once((binder, HIGHLIGHT_WRITE)).chain(uses);
     Some(all.filter(|(span, _)| program.is_here(*span)).map(mark).collect())
 }
 
 /// The name that a renaming would change.
-pub(super) fn prepare_rename(program: &Program, place: Position) -> Option<PrepareRenameResponse> {
+pub(super) fn prepare_rename(program: &Program, place: Position) -> Option<Value> {
     let (binding, span) = program.binding_at(place)?;
     let binding = &program.names.bindings[binding];
     let span = if span == binding.span { without_slash(span) } else { span };
-    let placeholder = binding.name.to_string();
-    Some(PrepareRenameResponse::RangeWithPlaceholder { range: program.range(span), placeholder })
+    Some(json!({ "range": program.range(span), "placeholder": &*binding.name }))
 }
 
 /// The edits that give the name at a place another one wherever it stands.
@@ -169,36 +176,32 @@ pub(super) fn rename(
 }
 
 /// What the document binds outside all brackets.
-#[expect(deprecated, reason = "the protocol's old field has to be given")]
-pub(super) fn symbols(program: &Program) -> Vec<DocumentSymbol> {
+pub(super) fn symbols(program: &Program) -> Vec<Value> {
     let bindings = program.names.bindings.iter();
     let own = bindings.filter(|binding| binding.depth == 0 && program.is_here(binding.span));
     own.map(|binding| {
         let kind = match binding.ty {
-            Some(Type::Closure) => SymbolKind::FUNCTION,
-            Some(Type::Array) => SymbolKind::ARRAY,
-            Some(Type::Object | Type::Light) => SymbolKind::OBJECT,
-            _ => SymbolKind::VARIABLE,
+            Some(Type::Closure) => SYMBOL_FUNCTION,
+            Some(Type::Array) => SYMBOL_ARRAY,
+            Some(Type::Object | Type::Light) => SYMBOL_OBJECT,
+            _ => SYMBOL_VARIABLE,
         };
         // A value bound under a second name stands elsewhere.
         let value = Some(binding.value).filter(|value| program.is_before(*value, binding.span));
         let whole = value.unwrap_or(binding.span).to(binding.span);
-        DocumentSymbol {
-            name: binding.name.to_string(),
-            detail: binding.ty.map(|ty| ty.name().to_owned()),
-            kind,
-            tags: None,
-            deprecated: None,
-            range: program.range(whole),
-            selection_range: program.range(without_slash(binding.span)),
-            children: None,
-        }
+        json!({
+            "name": &*binding.name,
+            "detail": binding.ty.map_or("", Type::name),
+            "kind": kind,
+            "range": program.range(whole),
+            "selectionRange": program.range(without_slash(binding.span)),
+        })
     })
     .collect()
 }
 
 /// The words that may stand at a place: names in sight, operators, booleans.
-pub(super) fn completions(program: &Program, place: Position) -> Vec<CompletionItem> {
+pub(super) fn completions(program: &Program, place: Position) -> Vec<Value> {
     let text = &program.file().text;
     let at = program.lines.byte(text, place);
     let line = &text[..at][text[..at].rfind(['\n', '\r']).map_or(0, |end| end + 1)..];
@@ -209,26 +212,22 @@ pub(super) fn completions(program: &Program, place: Position) -> Vec<CompletionI
     if is_quoted || line.contains('%') || before.starts_with('/') {
         return Vec::new();
     }
-    let names = program.in_sight(place).into_iter().map(|binding| CompletionItem {
-        label: binding.name.to_string(),
-        kind: Some(match binding.ty {
-            Some(Type::Closure) => CompletionItemKind::FUNCTION,
-            _ => CompletionItemKind::VARIABLE,
-        }),
-        detail: binding.ty.map(|ty| ty.name().to_owned()),
-        ..CompletionItem::default()
+    let names = program.in_sight(place).into_iter().map(|binding| {
+        let kind = match binding.ty {
+            Some(Type::Closure) => ITEM_FUNCTION,
+            _ => ITEM_VARIABLE,
+        };
+        let detail = binding.ty.map_or("", Type::name);
+        json!({ "label": &*binding.name, "kind": kind, "detail": detail })
     });
-    let operators = Operator::ALL.iter().map(|op| CompletionItem {
-        label: op.spelling().to_owned(),
-        kind: Some(CompletionItemKind::OPERATOR),
-        detail: Some(op.stack_effect()),
-        documentation: Some(Documentation::MarkupContent(markdown(op.doc().to_owned()))),
-        ..CompletionItem::default()
+    let operators = Operator::ALL.iter().map(|op| {
+        json!({
+            "label": op.spelling(),
+            "kind": ITEM_OPERATOR,
+            "detail": op.stack_effect(),
+            "documentation": markdown(op.doc()),
+        })
     });
-    let booleans = ["true", "false"].map(|word| CompletionItem {
-        label: word.to_owned(),
-        kind: Some(CompletionItemKind::CONSTANT),
-        ..CompletionItem::default()
-    });
+    let booleans = ["true", "false"].map(|word| json!({ "label": word, "kind": ITEM_CONSTANT }));
     names.chain(operators).chain(booleans).collect()
 }

@@ -9,10 +9,6 @@ use compiler::diagnostic::{Class, Code, Diagnostic as Found, Label};
 use compiler::names::{Names, Use};
 use compiler::source::{FileId, SourceMap, Span};
 use compiler::{parser, preprocess};
-use lsp_types::{
-    Diagnostic, DiagnosticRelatedInformation, DiagnosticSeverity as Severity, Location,
-    NumberOrString, Range, Uri,
-};
 use serde_json::json;
 use vm::program::LoadedProgram;
 
@@ -23,6 +19,7 @@ use crate::lsp::Event;
 use crate::lsp::documents::{Document, Open, OpenIncludes, uri_of};
 use crate::lsp::program::predefined;
 use crate::lsp::text::Lines;
+use crate::lsp::types::{Diagnostic, Location, Range, RelatedInformation, Severity};
 use crate::report::hint;
 
 /// The most names in one scene that are told to be not bound.
@@ -52,12 +49,12 @@ pub(super) struct Report {
     /// The files that it consists of, by the same names.
     pub(super) files: Vec<String>,
     /// What is wrong, by file.
-    pub(super) diagnostics: Vec<(Uri, Diagnostic)>,
+    pub(super) diagnostics: Vec<(String, Diagnostic)>,
 }
 
 impl Report {
     /// The files in which something is wrong, one for each time.
-    pub(super) fn uris(&self) -> impl Iterator<Item = Uri> {
+    pub(super) fn uris(&self) -> impl Iterator<Item = String> {
         self.diagnostics.iter().map(|(uri, _)| uri.clone())
     }
 }
@@ -110,7 +107,7 @@ fn check(job: &Job) -> Report {
     let Ok(root) = sources.add(&name, bytes) else {
         let text = Code::SourceTooLarge.explanation();
         let found = Found::new(Code::SourceTooLarge, Span::NONE, text);
-        teller.tell(Severity::ERROR, &found, &sources, None);
+        teller.tell(Severity::Error, &found, &sources, None);
         return teller.report(vec![name]);
     };
     let mut includes = OpenIncludes::new(&job.document, &job.inputs, &job.open);
@@ -118,7 +115,7 @@ fn check(job: &Job) -> Report {
     let defines = &job.inputs.defines;
     let bindings: Vec<_> = defines.iter().map(|d| (d.name.clone(), d.value.clone())).collect();
     match compiler::compile(&mut sources, root, &mut includes, &bindings) {
-        Err(errors) => errors.iter().for_each(|e| teller.tell(Severity::ERROR, e, &sources, None)),
+        Err(errors) => errors.iter().for_each(|e| teller.tell(Severity::Error, e, &sources, None)),
         Ok(program) if is_program => {
             let ended =
                 driver::run_to_the_end(&Arc::new(LoadedProgram::new(program)), LimitArgs::strict());
@@ -127,7 +124,7 @@ fn check(job: &Job) -> Report {
                 let span = found.primary.span;
                 // A scene may be right and only need more than an editor should spend on it.
                 let is_limit = found.code.class() == Class::Limit;
-                let severity = if is_limit { Severity::WARNING } else { Severity::ERROR };
+                let severity = if is_limit { Severity::Warning } else { Severity::Error };
                 hint::add_file_name(&mut found, &sources);
                 let replacement = hint::add_meant(&mut found, &sources, || job.tree_again());
                 teller.tell(severity, &found, &sources, replacement.as_deref());
@@ -163,7 +160,7 @@ struct Teller<'a> {
     job: &'a Job,
     /// Of the files that something has been told of.
     lines: HashMap<String, Lines>,
-    told: Vec<(Uri, Diagnostic)>,
+    told: Vec<(String, Diagnostic)>,
 }
 
 impl Teller<'_> {
@@ -188,7 +185,7 @@ impl Teller<'_> {
                 .label("an error if the program gets here");
             let tree = tree.as_ref().filter(|_| n_told < MAX_MEANT);
             let meant = tree.and_then(|tree| hint::add_similar(&mut found, sources, tree));
-            self.tell(Severity::WARNING, &found, sources, meant.as_deref());
+            self.tell(Severity::Warning, &found, sources, meant.as_deref());
         }
     }
 
@@ -212,18 +209,16 @@ impl Teller<'_> {
         let labels: Vec<_> = labels.take(MAX_RELATED).collect();
         let related = labels.iter().filter_map(|label| {
             let location = self.place(label.span, sources)?;
-            Some(DiagnosticRelatedInformation { location, message: label.text.clone() })
+            Some(RelatedInformation { location, message: label.text.clone() })
         });
-        let related: Vec<_> = related.collect();
         let diagnostic = Diagnostic {
             range: location.range,
-            severity: Some(severity),
-            code: Some(NumberOrString::String(found.code.as_str().to_owned())),
-            source: Some("gmlvm".to_owned()),
+            severity: severity as u8,
+            code: found.code.as_str(),
+            source: "gmlvm",
             message: message(found, replacement),
-            related_information: (!related.is_empty()).then_some(related),
+            related_information: related.collect(),
             data: replacement.map(|name| json!({ "replacement": name })),
-            ..Diagnostic::default()
         };
         self.told.push((location.uri, diagnostic));
     }

@@ -2,21 +2,20 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 use std::sync::Arc;
 
 use compiler::preprocess::Includes;
-use lsp_types::{TextDocumentContentChangeEvent, Uri};
 
 use crate::args::Inputs;
 use crate::load::FileIncludes;
 use crate::lsp::text::Lines;
+use crate::lsp::types::ContentChange;
 
 /// A text that is open.
 #[derive(Clone, Debug)]
 pub(super) struct Document {
     /// As the editor names it.
-    pub(super) uri: Uri,
+    pub(super) uri: String,
     /// The number that the editor gives to this state of the text.
     pub(super) version: i32,
     /// The text.
@@ -28,7 +27,7 @@ impl Document {
     pub(super) fn name(&self) -> String {
         match path_of(&self.uri) {
             Some(path) => path.display().to_string(),
-            None => self.uri.as_str().to_owned(),
+            None => self.uri.clone(),
         }
     }
 
@@ -39,7 +38,7 @@ impl Document {
     }
 
     /// Makes a change that the editor tells of.
-    pub(super) fn change(&mut self, change: &TextDocumentContentChangeEvent) {
+    pub(super) fn change(&mut self, change: &ContentChange) {
         let Some(range) = change.range else {
             self.text = change.text.as_str().into();
             return;
@@ -84,8 +83,8 @@ impl Includes for OpenIncludes<'_> {
 }
 
 /// The path of a `file:` URI.
-pub(super) fn path_of(uri: &Uri) -> Option<PathBuf> {
-    let rest = uri.as_str().strip_prefix("file://")?;
+pub(super) fn path_of(uri: &str) -> Option<PathBuf> {
+    let rest = uri.strip_prefix("file://")?;
     let rest = rest.strip_prefix("localhost").unwrap_or(rest);
     let mut bytes = Vec::new();
     let mut left = rest.as_bytes();
@@ -101,19 +100,19 @@ pub(super) fn path_of(uri: &Uri) -> Option<PathBuf> {
 }
 
 /// The URI of a file by the name that the compiler knows it by; if it is open, the editor's.
-pub(super) fn uri_of(name: &str, open: &BTreeMap<String, Document>) -> Option<Uri> {
+pub(super) fn uri_of(name: &str, open: &BTreeMap<String, Document>) -> Option<String> {
     if let Some(document) = open.get(name) {
         return Some(document.uri.clone());
     }
-    let mut text = "file://".to_owned();
+    let mut uri = "file://".to_owned();
     for byte in std::path::absolute(name).ok()?.to_str()?.bytes() {
         if byte.is_ascii_alphanumeric() || b"/-._~".contains(&byte) {
-            text.push(byte.into());
+            uri.push(byte.into());
         } else {
-            text += &format!("%{byte:02X}");
+            uri += &format!("%{byte:02X}");
         }
     }
-    Uri::from_str(&text).ok()
+    Some(uri)
 }
 
 #[cfg(test)]
@@ -122,15 +121,14 @@ mod tests {
 
     #[test]
     fn paths_and_uris() {
-        let path = |uri: &str| path_of(&Uri::from_str(uri).expect("a URI"));
-        assert_eq!(path("file:///a/b%20c.gml"), Some("/a/b c.gml".into()));
-        assert_eq!(path("file://localhost/%C3%A9"), Some("/\u{e9}".into()));
-        assert_eq!(path("untitled:Untitled-1"), None);
-        assert_eq!(path("file://elsewhere/a"), None);
-        assert_eq!(path("file:///%FF"), None);
+        assert_eq!(path_of("file:///a/b%20c.gml"), Some("/a/b c.gml".into()));
+        assert_eq!(path_of("file://localhost/%C3%A9"), Some("/\u{e9}".into()));
+        assert_eq!(path_of("untitled:Untitled-1"), None);
+        assert_eq!(path_of("file://elsewhere/a"), None);
+        assert_eq!(path_of("file:///%FF"), None);
         for name in ["/a/b c.gml", "/\u{e9}/100%/a#b?c", "/\u{1f98a}"] {
             let uri = uri_of(name, &BTreeMap::new()).expect("a path");
-            assert_eq!(path_of(&uri), Some(name.into()), "{}", uri.as_str());
+            assert_eq!(path_of(&uri), Some(name.into()), "{uri}");
         }
     }
 }

@@ -10,12 +10,8 @@ use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread;
 
-use lsp_types::notification::{
-    DidChangeTextDocument, DidCloseTextDocument, DidOpenTextDocument, DidSaveTextDocument,
-    Notification as _, PublishDiagnostics,
-};
-use lsp_types::{Diagnostic, PublishDiagnosticsParams, Uri};
-use serde_json::Value;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 
 use crate::args::Inputs;
 use crate::args::lsp::LspArgs;
@@ -26,6 +22,7 @@ use crate::lsp::documents::{Document, Open};
 use crate::lsp::message::{ErrorCode, Message, Notification, Request, ResponseError};
 use crate::lsp::program::Program;
 use crate::lsp::transport::Received;
+use crate::lsp::types::{Diagnostic, DidChangeParams, DidOpenParams, DocumentParams};
 
 mod answers;
 mod check;
@@ -35,6 +32,7 @@ mod program;
 mod requests;
 mod text;
 mod transport;
+mod types;
 
 /// Stack of the thread that checks; nesting of the text is limited to what fits in many times.
 const STACK_BYTES: usize = 64 << 20;
@@ -155,7 +153,7 @@ impl Server {
         let result = match (self.phase, method.as_str()) {
             (Phase::Fresh, "initialize") => {
                 self.phase = Phase::Initialized;
-                requests::capabilities()
+                Ok(requests::capabilities())
             }
             (Phase::Fresh, _) => {
                 Err(ResponseError::new(ErrorCode::ServerNotInitialized, "`initialize` comes first"))
@@ -179,14 +177,14 @@ impl Server {
         }
         let Notification { method, params } = notification;
         match method.as_str() {
-            DidOpenTextDocument::METHOD => {
-                let Some(params) = typed::<DidOpenTextDocument>(params) else { return Ok(()) };
+            "textDocument/didOpen" => {
+                let Some(params) = typed::<DidOpenParams>(params) else { return Ok(()) };
                 let item = params.text_document;
                 let (uri, version) = (item.uri, item.version);
                 self.put(Document { uri, version, text: item.text.into() });
             }
-            DidChangeTextDocument::METHOD => {
-                let Some(params) = typed::<DidChangeTextDocument>(params) else { return Ok(()) };
+            "textDocument/didChange" => {
+                let Some(params) = typed::<DidChangeParams>(params) else { return Ok(()) };
                 let Some(mut document) = self.document(&params.text_document.uri).cloned() else {
                     return Ok(());
                 };
@@ -194,19 +192,19 @@ impl Server {
                 document.version = params.text_document.version;
                 self.put(document);
             }
-            DidCloseTextDocument::METHOD => {
-                let Some(params) = typed::<DidCloseTextDocument>(params) else { return Ok(()) };
+            "textDocument/didClose" => {
+                let Some(params) = typed::<DocumentParams>(params) else { return Ok(()) };
                 return self.close(&params.text_document.uri);
             }
             // Files on the disk may be others now.
-            DidSaveTextDocument::METHOD | "workspace/didChangeWatchedFiles" => self.check_all(),
+            "textDocument/didSave" | "workspace/didChangeWatchedFiles" => self.check_all(),
             _ => {}
         }
         Ok(())
     }
 
-    fn document(&self, uri: &Uri) -> Option<&Document> {
-        self.open.values().find(|document| document.uri == *uri)
+    fn document(&self, uri: &str) -> Option<&Document> {
+        self.open.values().find(|document| document.uri == uri)
     }
 
     /// Opens a document, or replaces what was known of it.
@@ -239,7 +237,7 @@ impl Server {
         }
     }
 
-    fn close(&mut self, uri: &Uri) -> Result<(), Failure> {
+    fn close(&mut self, uri: &str) -> Result<(), Failure> {
         let Some(name) = self.document(uri).map(Document::name) else { return Ok(()) };
         Arc::make_mut(&mut self.open).remove(&name);
         self.programs.clear();
@@ -260,28 +258,30 @@ impl Server {
     }
 
     /// Says what is wrong in these files, by all reports on them.
-    fn tell(&self, uris: impl Iterator<Item = Uri>) -> Result<(), Failure> {
+    fn tell(&self, uris: impl Iterator<Item = String>) -> Result<(), Failure> {
         let mut uris: Vec<_> = uris.collect();
         uris.sort();
         uris.dedup();
         for uri in uris {
-            let mut diagnostics: Vec<Diagnostic> = Vec::new();
+            let mut diagnostics: Vec<&Diagnostic> = Vec::new();
             let all = self.reports.values().flat_map(|report| &report.diagnostics);
             for (_, diagnostic) in all.filter(|(about, _)| *about == uri) {
                 // Two scenes may include one file.
-                if !diagnostics.contains(diagnostic) {
-                    diagnostics.push(diagnostic.clone());
+                if !diagnostics.contains(&diagnostic) {
+                    diagnostics.push(diagnostic);
                 }
             }
-            let version = self.document(&uri).map(|document| document.version);
-            let params = PublishDiagnosticsParams { uri, diagnostics, version };
-            send(&message::notification(PublishDiagnostics::METHOD, &params))?;
+            let mut params = json!({ "uri": uri, "diagnostics": diagnostics });
+            if let Some(document) = self.document(&uri) {
+                params["version"] = document.version.into();
+            }
+            send(&message::notification("textDocument/publishDiagnostics", &params))?;
         }
         Ok(())
     }
 
     /// A document as requests look at it.
-    fn program(&mut self, uri: &Uri) -> Option<Arc<Program>> {
+    fn program(&mut self, uri: &str) -> Option<Arc<Program>> {
         let document = self.document(uri)?;
         let name = document.name();
         if let Some(program) = self.programs.get(&name) {
@@ -294,7 +294,7 @@ impl Server {
 }
 
 /// The parameters of a notification, if they are such.
-fn typed<N: lsp_types::notification::Notification>(params: Value) -> Option<N::Params> {
+fn typed<P: DeserializeOwned>(params: Value) -> Option<P> {
     serde_json::from_value(params).ok()
 }
 

@@ -9,11 +9,11 @@ use compiler::names::{Binding, Names};
 use compiler::op::{Operator, Type};
 use compiler::preprocess;
 use compiler::source::{FileId, SourceFile, SourceMap, Span};
-use lsp_types::{Location, Position, Range};
 
 use crate::args::Inputs;
 use crate::lsp::documents::{Document, OpenIncludes, uri_of};
 use crate::lsp::text::Lines;
+use crate::lsp::types::{Location, Position, Range};
 
 /// A document, read as far as it can be.
 pub(super) struct Program {

@@ -1,106 +1,73 @@
 //! Requests by their methods: parameters in, results out.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use lsp_types::request::{
-    CodeActionRequest, Completion, DocumentHighlightRequest, DocumentSymbolRequest, GotoDefinition,
-    HoverRequest, PrepareRenameRequest, References, Rename, Request,
-};
-use lsp_types::{
-    CodeAction, CodeActionKind, CodeActionOrCommand, CodeActionParams,
-    CodeActionProviderCapability, CompletionOptions, CompletionResponse, DocumentSymbolResponse,
-    GotoDefinitionResponse, HoverProviderCapability, InitializeResult, OneOf, RenameOptions,
-    SaveOptions, ServerCapabilities, ServerInfo, TextDocumentPositionParams,
-    TextDocumentSyncCapability, TextDocumentSyncKind, TextDocumentSyncOptions,
-    TextDocumentSyncSaveOptions, TextEdit, Uri, WorkspaceEdit,
-};
-use serde_json::Value;
+use serde::Deserialize;
+use serde::de::DeserializeOwned;
+use serde_json::{Value, json};
 
 use crate::lsp::message::{ErrorCode, ResponseError};
 use crate::lsp::program::Program;
+use crate::lsp::types::{
+    CodeActionParams, DocumentParams, Position, PositionParams, Range, ReferenceParams,
+    RenameParams, TextEdit,
+};
 use crate::lsp::{Server, answers};
 
 type Answer = Result<Value, ResponseError>;
 
+/// Texts are sent by their changes.
+const INCREMENTAL: u8 = 2;
+
 /// What the server can do.
-pub(super) fn capabilities() -> Answer {
-    let sync = TextDocumentSyncOptions {
-        open_close: Some(true),
-        change: Some(TextDocumentSyncKind::INCREMENTAL),
-        save: Some(TextDocumentSyncSaveOptions::SaveOptions(SaveOptions::default())),
-        ..TextDocumentSyncOptions::default()
-    };
-    let rename = RenameOptions {
-        prepare_provider: Some(true),
-        work_done_progress_options: Default::default(),
-    };
-    let capabilities = ServerCapabilities {
-        text_document_sync: Some(TextDocumentSyncCapability::Options(sync)),
-        hover_provider: Some(HoverProviderCapability::Simple(true)),
-        definition_provider: Some(OneOf::Left(true)),
-        references_provider: Some(OneOf::Left(true)),
-        document_highlight_provider: Some(OneOf::Left(true)),
-        document_symbol_provider: Some(OneOf::Left(true)),
-        completion_provider: Some(CompletionOptions::default()),
-        rename_provider: Some(OneOf::Right(rename)),
-        code_action_provider: Some(CodeActionProviderCapability::Simple(true)),
-        ..ServerCapabilities::default()
-    };
-    let server_info = Some(ServerInfo {
-        name: env!("CARGO_PKG_NAME").to_owned(),
-        version: Some(env!("CARGO_PKG_VERSION").to_owned()),
-    });
-    value(InitializeResult { capabilities, server_info })
+pub(super) fn capabilities() -> Value {
+    json!({
+        "capabilities": {
+            "textDocumentSync": { "openClose": true, "change": INCREMENTAL, "save": {} },
+            "hoverProvider": true,
+            "definitionProvider": true,
+            "referencesProvider": true,
+            "documentHighlightProvider": true,
+            "documentSymbolProvider": true,
+            "completionProvider": {},
+            "renameProvider": { "prepareProvider": true },
+            "codeActionProvider": true,
+        },
+        "serverInfo": {
+            "name": env!("CARGO_PKG_NAME"),
+            "version": env!("CARGO_PKG_VERSION"),
+        },
+    })
 }
 
 impl Server {
     /// Answers a request.
     pub(super) fn request(&mut self, method: &str, params: Value) -> Answer {
         match method {
-            HoverRequest::METHOD => {
-                let params = typed::<HoverRequest>(params)?.text_document_position_params;
-                self.at(&params, |program, at| answers::hover(program, at.position))
-            }
-            GotoDefinition::METHOD => {
-                let params = typed::<GotoDefinition>(params)?.text_document_position_params;
+            "textDocument/hover" => self.at(&typed(params)?, answers::hover),
+            "textDocument/definition" => {
                 let open = Arc::clone(&self.open);
-                self.at(&params, |program, at| {
-                    let place = answers::definition(program, at.position, &open);
-                    place.map(GotoDefinitionResponse::Scalar)
+                self.at(&typed(params)?, |program, place| {
+                    answers::definition(program, place, &open)
                 })
             }
-            References::METHOD => {
-                let params = typed::<References>(params)?;
+            "textDocument/references" => {
+                let ReferenceParams { at, context } = typed(params)?;
                 let open = Arc::clone(&self.open);
-                let with_binder = params.context.include_declaration;
-                self.at(&params.text_document_position, |program, at| {
-                    answers::references(program, at.position, with_binder, &open)
+                self.at(&at, |program, place| {
+                    answers::references(program, place, context.include_declaration, &open)
                 })
             }
-            DocumentHighlightRequest::METHOD => {
-                let params = typed::<DocumentHighlightRequest>(params)?;
-                self.at(&params.text_document_position_params, |program, at| {
-                    answers::highlights(program, at.position)
-                })
+            "textDocument/documentHighlight" => self.at(&typed(params)?, answers::highlights),
+            "textDocument/prepareRename" => self.at(&typed(params)?, answers::prepare_rename),
+            "textDocument/completion" => self
+                .at(&typed(params)?, |program, place| Some(answers::completions(program, place))),
+            "textDocument/documentSymbol" => {
+                let params: DocumentParams = typed(params)?;
+                value(self.program(&params.text_document.uri).map(|p| answers::symbols(&p)))
             }
-            PrepareRenameRequest::METHOD => self
-                .at(&typed::<PrepareRenameRequest>(params)?, |program, at| {
-                    answers::prepare_rename(program, at.position)
-                }),
-            Completion::METHOD => {
-                let params = typed::<Completion>(params)?.text_document_position;
-                self.at(&params, |program, at| {
-                    Some(CompletionResponse::Array(answers::completions(program, at.position)))
-                })
-            }
-            DocumentSymbolRequest::METHOD => {
-                let uri = typed::<DocumentSymbolRequest>(params)?.text_document.uri;
-                let program = self.program(&uri);
-                value(program.map(|p| DocumentSymbolResponse::Nested(answers::symbols(&p))))
-            }
-            Rename::METHOD => self.rename(&typed::<Rename>(params)?),
-            CodeActionRequest::METHOD => value(corrections(typed::<CodeActionRequest>(params)?)),
+            "textDocument/rename" => self.rename(&typed(params)?),
+            "textDocument/codeAction" => Ok(corrections(&typed(params)?)),
             _ => Err(ResponseError::new(
                 ErrorCode::MethodNotFound,
                 format!("`{method}` is not known"),
@@ -111,51 +78,49 @@ impl Server {
     /// Answers a request about a place, with null where there is no such document.
     fn at<T: serde::Serialize>(
         &mut self,
-        at: &TextDocumentPositionParams,
-        find: impl FnOnce(&Program, &TextDocumentPositionParams) -> Option<T>,
+        at: &PositionParams,
+        find: impl FnOnce(&Program, Position) -> Option<T>,
     ) -> Answer {
         let program = self.program(&at.text_document.uri);
-        value(program.and_then(|program| find(&program, at)))
+        value(program.and_then(|program| find(&program, at.position)))
     }
 
-    fn rename(&mut self, params: &lsp_types::RenameParams) -> Answer {
-        let at = &params.text_document_position;
+    fn rename(&mut self, params: &RenameParams) -> Answer {
+        let at = &params.at;
         let uri = &at.text_document.uri;
         let program = self.program(uri);
         let found = program.ok_or_else(|| "no such document is open".to_owned());
         let edits =
             found.and_then(|program| answers::rename(&program, at.position, &params.new_name));
         match edits {
-            Ok(edits) => value(changes(uri, edits)),
+            Ok(edits) => Ok(changes(uri, &edits)),
             Err(reason) => Err(ResponseError::new(ErrorCode::RequestFailed, reason)),
         }
     }
 }
 
-fn changes(uri: &Uri, edits: Vec<TextEdit>) -> WorkspaceEdit {
-    #[expect(clippy::mutable_key_type, reason = "the protocol's type, and no URI is changed")]
-    let changes = HashMap::from([(uri.clone(), edits)]);
-    WorkspaceEdit { changes: Some(changes), ..WorkspaceEdit::default() }
+fn changes(uri: &str, edits: &[TextEdit]) -> Value {
+    json!({ "changes": { uri: edits } })
 }
 
 /// For each name that is not bound, the bound one that may be meant.
-fn corrections(params: CodeActionParams) -> Vec<CodeActionOrCommand> {
-    let uri = params.text_document.uri;
-    let correction = |found: lsp_types::Diagnostic| {
-        let name = found.data.as_ref()?.get("replacement")?.as_str()?.to_owned();
-        let edit = TextEdit { range: found.range, new_text: name.clone() };
-        Some(CodeActionOrCommand::CodeAction(CodeAction {
-            title: format!("Change to `{name}`"),
-            kind: Some(CodeActionKind::QUICKFIX),
-            edit: Some(changes(&uri, vec![edit])),
-            diagnostics: Some(vec![found]),
-            ..CodeAction::default()
+fn corrections(params: &CodeActionParams) -> Value {
+    let uri = &params.text_document.uri;
+    let correction = |found: &Value| {
+        let name = found["data"]["replacement"].as_str()?;
+        let range = Range::deserialize(&found["range"]).ok()?;
+        let edit = TextEdit { range, new_text: name.to_owned() };
+        Some(json!({
+            "title": format!("Change to `{name}`"),
+            "kind": "quickfix",
+            "edit": changes(uri, &[edit]),
+            "diagnostics": [found],
         }))
     };
-    params.context.diagnostics.into_iter().filter_map(correction).collect()
+    params.context.diagnostics.iter().filter_map(correction).collect()
 }
 
-fn typed<R: Request>(params: Value) -> Result<R::Params, ResponseError> {
+fn typed<P: DeserializeOwned>(params: Value) -> Result<P, ResponseError> {
     serde_json::from_value(params).map_err(|e| ResponseError::new(ErrorCode::InvalidParams, e))
 }
 

@@ -1,7 +1,8 @@
 //! Places in texts as editors count them: lines from 0, columns in units of UTF-16 from 0.
 
 use compiler::source::{SourceFile, Span};
-use lsp_types::{Position, Range};
+
+use crate::lsp::types::{Position, Range};
 
 /// Where the lines of a text start. A line ends with LF, CR LF or CR.
 #[derive(Debug)]

@@ -2,9 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use indicatif::ProgressBar;
-
-use crate::run::progress;
+use crate::run::progress::{self, Bar};
 
 /// When the rounds of one scene end if no time is given for them.
 const MAX_ROUNDS: u32 = 100_000;
@@ -25,7 +23,7 @@ impl Rounds {
     }
 
     /// A bar that shows how far they are.
-    pub(crate) fn bar(self, name: &str, n_contenders: usize, is_quiet: bool) -> ProgressBar {
+    pub(crate) fn bar(self, name: &str, n_contenders: usize, is_quiet: bool) -> Bar {
         let n_rounds = u64::from(self.warmup) + u64::from(self.runs);
         let length = self.time.is_none().then_some(n_rounds * n_contenders as u64);
         progress::run_bar(name, length, is_quiet)

@@ -269,7 +269,7 @@ impl<'a> Renders<'a> {
             Some(parts) => trace::trace_parts(job, plan, settings, parts, is_linear, &progress),
             None => trace::trace_job(job, plan, settings, is_linear, &progress),
         };
-        bar.finish_and_clear();
+        bar.finish();
         if let Some(failure) = parts.and_then(ImageParts::problem) {
             return Err(self.stop(failure));
         }

@@ -4,7 +4,8 @@
 //! part is random; a name of theirs that they point at this machine is not ours (`Host`); and what
 //! they send comes with their own `Origin`.
 
-use std::io::{self, Write};
+use std::fs;
+use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -294,6 +295,6 @@ fn is_same(one: &str, other: &str) -> bool {
 /// 128 random bits in hexadecimal digits.
 fn random() -> io::Result<String> {
     let mut bytes = [0; 16];
-    getrandom::fill(&mut bytes)?;
+    fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
     Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

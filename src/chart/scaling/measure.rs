@@ -47,7 +47,7 @@ pub(crate) fn measure(series: &Series, bench: Bench<'_>) -> Result<Measured, Fai
         bar.inc(1);
         Ok(())
     })?;
-    bar.finish_and_clear();
+    bar.finish();
     let points = contenders.into_iter().map(Contender::point).collect();
     let series = series.name.to_owned();
     Ok(Measured { series, points, about: bench.about.clone() })

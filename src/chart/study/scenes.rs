@@ -117,7 +117,7 @@ impl Image<'_> {
             bar.inc(1);
             Ok::<(), Stop>(())
         })?;
-        bar.finish_and_clear();
+        bar.finish();
         Ok(all.into_iter().filter_map(|(times, traced)| Some((times, traced?))).collect())
     }
 

@@ -75,7 +75,7 @@ pub(super) fn measure(
             }
         }
     });
-    bar.finish_and_clear();
+    bar.finish();
     outcome?;
     Ok(entries(scene, &variants))
 }

@@ -82,7 +82,7 @@ pub(super) fn measure(
         bar.inc(1);
         Ok(())
     });
-    bar.finish_and_clear();
+    bar.finish();
     done?;
     Ok(bench.entries(&contenders))
 }
