@@ -98,6 +98,12 @@ history out:
     cargo build --release
     python3 benches/history.py "{{out}}"
 
+# Times rays of gmlvm beside those of Embree 3, in ../shared/bench/c_flake.gml, and writes JSON and a
+# table into the directory `out` (needs a C++ compiler and libembree-dev).
+rays out:
+    cargo build --release
+    python3 benches/rays.py "{{out}}"
+
 # Times gmlvm beside POV-Ray and pictures written by hand, on ../shared/bench, and writes JSON and a
 # table into the directory `out`.
 peers out:

@@ -156,7 +156,8 @@ def version(command, name):
     return next((line.strip() for line in lines if line.startswith(name)), name)
 
 
-def about(args, povray):
+def facts_here(build):
+    """The day, the machine, and gmlvm as it was built."""
     names = [line.split(":", 1)[1].strip() for line in cpu_lines()]
     return {
         "date": datetime.datetime.now(datetime.timezone.utc).date().isoformat(),
@@ -164,7 +165,12 @@ def about(args, povray):
         "cores": len(os.sched_getaffinity(0)),
         "load": round(os.getloadavg()[0], 2),
         "gmlvm": version([binary(), "--version"], "gmlvm"),
-        "build": args.build,
+        "build": build,
+    }
+
+
+def about(args, povray):
+    return facts_here(args.build) | {
         "povray": version([povray, "--version"], "POV-Ray") if povray else None,
         "width": WIDTH,
         "height": HEIGHT,
