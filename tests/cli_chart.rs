@@ -139,10 +139,16 @@ fn pages_hold_drawing_and_tables() {
     charted(&sandbox, &args);
     let page = String::from_utf8(sandbox.read("c.html")).expect("text");
     assert!(page.starts_with("<!DOCTYPE html>") && page.contains("<svg "));
-    assert_eq!(page.matches("<tr>").count(), 3, "{page}");
+    assert_eq!(page.matches("<tr").count(), 3, "{page}");
     assert!(page.contains("<td>jit-dd</td>") && page.contains("<th>standing</th>"));
     assert!(page.contains("a&lt;b&amp;c.gml, rounding") && !page.contains("a<b"), "{page}");
-    for outside in ["<script", "href=", "src=", "url("] {
+    // A mark leads to its row, and nothing leads elsewhere.
+    for method in ["jit-f64", "jit-dd"] {
+        assert!(page.contains(&format!("<a href=\"#t0-{method}\"><circle")), "{page}");
+        assert!(page.contains(&format!("<tr id=\"t0-{method}\"><td>{method}</td>")), "{page}");
+    }
+    assert_eq!(page.matches("href=").count(), 2);
+    for outside in ["<script", "src=", "url("] {
         assert!(!page.contains(outside), "{outside}");
     }
 }

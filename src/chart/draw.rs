@@ -8,7 +8,7 @@ use crate::chart::axes::{Axes, extent};
 use crate::chart::data::{Chart, Data, Figures};
 use crate::chart::front;
 use crate::chart::methods::{Diagram, Family, Look, METHODS, Method, Shape};
-use crate::chart::page::Sheet;
+use crate::chart::page::{Sheet, Spot};
 use crate::chart::panel::{self, Frame};
 use crate::chart::table::{self, ONE_THREAD, Table};
 
@@ -26,7 +26,7 @@ const FRONT: RGBColor = RGBColor(110, 110, 110);
 
 pub(crate) type Area<B> = DrawingArea<B, Shift>;
 /// From the left, and from above.
-pub(super) type Pixel = (i32, i32);
+pub(crate) type Pixel = (i32, i32);
 pub(crate) type Drawn<B> = Result<(), DrawingAreaErrorKind<<B as DrawingBackend>::ErrorType>>;
 
 /// Colours that those tell apart who see some colours alike (Okabe and Ito, "Color Universal
@@ -53,8 +53,12 @@ impl Sheet for Data {
         size(n_panels, Layout::of(n_panels), &foot(self))
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
-        draw(area, &self.charts, Layout::of(self.charts.len()), draw_panel, &foot(self))
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>, told: &mut dyn FnMut(Spot)) -> Drawn<B> {
+        let charts: Vec<_> = self.charts.iter().enumerate().collect();
+        let draw_panel = |page: &Area<B>, panel: &Area<B>, (table, chart): &(usize, &Chart)| {
+            draw_panel(page, panel, chart, &mut |name, at| told(Spot { table: *table, name, at }))
+        };
+        draw(area, &charts, Layout::of(charts.len()), draw_panel, &foot(self))
     }
 
     fn tables(&self) -> Vec<Table> {
@@ -121,7 +125,7 @@ pub(super) fn draw<B: DrawingBackend, P>(
     area: &Area<B>,
     all: &[P],
     layout: Layout,
-    draw_panel: impl Fn(&Area<B>, &Area<B>, &P) -> Drawn<B>,
+    mut draw_panel: impl FnMut(&Area<B>, &Area<B>, &P) -> Drawn<B>,
     foot: &Foot,
 ) -> Drawn<B> {
     area.fill(&WHITE)?;
@@ -138,8 +142,13 @@ pub(super) fn text(size: u32) -> TextStyle<'static> {
     (FONT, size).into_font().color(&INK)
 }
 
-/// Draws a panel. `page` is the area of the whole drawing.
-fn draw_panel<B: DrawingBackend>(page: &Area<B>, panel: &Area<B>, chart: &Chart) -> Drawn<B> {
+/// Draws a panel. `page` is the area of the whole drawing; `told` hears where the mark of each method is.
+fn draw_panel<B: DrawingBackend>(
+    page: &Area<B>,
+    panel: &Area<B>,
+    chart: &Chart,
+    told: &mut dyn FnMut(&'static str, Pixel),
+) -> Drawn<B> {
     let axes = Axes::new(chart);
     let heading = table::heading(chart);
     let zeros = Some(axes.zeros);
@@ -161,11 +170,14 @@ fn draw_panel<B: DrawingBackend>(page: &Area<B>, panel: &Area<B>, chart: &Chart)
         page.draw(&PathElement::new(ends, FAINT))?;
         label("no image", (strip, axes.y[0]))?;
     }
-    draw_points(page, &points(chart, &axes), &at)?;
+    let points = points(chart, &axes);
+    draw_points(page, &points, &at)?;
+    points.iter().for_each(|point| told(point.method.name, at(point.place)));
     let failed: Vec<_> = chart.methods.iter().filter(|m| m.figures().is_none()).collect();
     for (index, measured) in failed.iter().enumerate() {
         let place = at(axes.cross(index, failed.len()));
         draw_cross(page, place, measured.method().look)?;
+        told(measured.method().name, place);
     }
     draw_notes(&notes, &table::notes(chart))
 }

@@ -54,17 +54,28 @@ pub(crate) trait Sheet {
     /// The size that a drawing of them takes.
     fn size(&self) -> (u32, u32);
 
-    /// Draws them, with where they were measured.
+    /// Draws them, with where they were measured. `told` hears where the marks are that stand for rows
+    /// of tables.
     ///
     /// # Errors
     /// Those of the backend.
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B>;
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>, told: &mut dyn FnMut(Spot)) -> Drawn<B>;
 
     /// The same as tables.
     fn tables(&self) -> Vec<Table>;
 
     /// Where they were measured: a line for each place.
     fn captions(&self) -> Vec<String>;
+}
+
+/// The place of a mark in a drawing, in pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Spot {
+    /// The number of the table that it belongs to.
+    pub(crate) table: usize,
+    /// What is in the first column there.
+    pub(crate) name: &'static str,
+    pub(crate) at: draw::Pixel,
 }
 
 /// Writes charts.
@@ -75,7 +86,7 @@ pub(crate) fn write(path: &Path, format: Format, data: &impl Sheet) -> Result<()
     let target = Target::path(path.to_owned());
     match format {
         Format::Svg => {
-            let svg = svg(data)?;
+            let (svg, _) = svg(data)?;
             target.write_plain(&mut |out| out.write_all(svg.as_bytes()))
         }
         Format::Png => {
@@ -83,8 +94,8 @@ pub(crate) fn write(path: &Path, format: Format, data: &impl Sheet) -> Result<()
             target.write_plain(&mut |out| formats::write(ImageFormat::Png, &picture, out))
         }
         Format::Html => {
-            let svg = svg(data)?;
-            target.write_plain(&mut |out| page(data, &svg, out))
+            let (svg, spots) = svg(data)?;
+            target.write_plain(&mut |out| page(data, &svg, &spots, out))
         }
     }
 }
@@ -101,19 +112,19 @@ fn register() {
     });
 }
 
-/// The drawing as SVG.
+/// The drawing as SVG, and its marks.
 ///
 /// # Errors
 /// When it cannot be drawn.
-pub(crate) fn svg(data: &impl Sheet) -> Result<String, Failure> {
+pub(crate) fn svg(data: &impl Sheet) -> Result<(String, Vec<Spot>), Failure> {
     register();
-    let mut svg = String::new();
+    let (mut svg, mut spots) = (String::new(), Vec::new());
     {
         let area = SVGBackend::with_string(&mut svg, data.size()).into_drawing_area();
-        data.draw(&area).map_err(failed)?;
+        data.draw(&area, &mut |spot| spots.push(spot)).map_err(failed)?;
         area.present().map_err(failed)?;
     }
-    Ok(svg)
+    Ok((svg, spots))
 }
 
 fn bitmap(data: &impl Sheet) -> Result<Picture, Failure> {
@@ -124,7 +135,7 @@ fn bitmap(data: &impl Sheet) -> Result<Picture, Failure> {
     {
         let area =
             Doubled(BitMapBackend::with_buffer(&mut bytes, (width, height))).into_drawing_area();
-        data.draw(&area).map_err(failed)?;
+        data.draw(&area, &mut |_| {}).map_err(failed)?;
         area.present().map_err(failed)?;
     }
     let (pixels, _) = bytes.as_chunks();
@@ -147,17 +158,32 @@ caption { text-align: left; font-weight: bold; padding: 1.5em 0 0.5em; }
 th, td { padding: 0.2em 0.8em; text-align: right; border-bottom: 1px solid #ddd; white-space: nowrap; }
 th:first-child, td:first-child, th:last-child, td:last-child { text-align: left; }
 td:last-child { white-space: normal; }
+tr:target { background: #fe9; }
+svg a { fill: transparent; }
+svg a:hover, svg a:focus { stroke: #222; stroke-width: 2; outline: none; }
 </style>
 </head>
 <body>
 <h1>TITLE</h1>
 ";
 
-/// A page that needs nothing from elsewhere.
-fn page(data: &impl Sheet, svg: &str, out: &mut dyn Write) -> io::Result<()> {
+/// What is that near a mark belongs to it, in pixels.
+const RADIUS: u32 = 9;
+
+/// A page that needs nothing from elsewhere. Marks lead to their rows.
+fn page(data: &impl Sheet, svg: &str, spots: &[Spot], out: &mut dyn Write) -> io::Result<()> {
     let mut text = HEAD.replace("TITLE", data.title());
-    text.push_str(svg);
-    for Table { title, headings, rows, notes } in data.tables() {
+    let (drawing, end) = svg.split_at(svg.rfind("</svg>").unwrap_or(svg.len()));
+    text.push_str(drawing);
+    for Spot { table, name, at: (x, y) } in spots {
+        let _ = writeln!(
+            text,
+            "<a href=\"#t{table}-{name}\"><circle cx=\"{x}\" cy=\"{y}\" r=\"{RADIUS}\"/>\
+             <title>{name}</title></a>"
+        );
+    }
+    text.push_str(end);
+    for (table, Table { title, headings, rows, notes }) in data.tables().into_iter().enumerate() {
         let cells = |tag: &str, row: &[String]| {
             row.iter().fold(String::new(), |mut line, cell| {
                 let _ = write!(line, "<{tag}>{}</{tag}>", escaped(cell));
@@ -167,7 +193,9 @@ fn page(data: &impl Sheet, svg: &str, out: &mut dyn Write) -> io::Result<()> {
         let _ = writeln!(text, "\n<table>\n<caption>{}</caption>", escaped(&title));
         let _ = writeln!(text, "<tr>{}</tr>", cells("th", &headings));
         for row in rows {
-            let _ = writeln!(text, "<tr>{}</tr>", cells("td", &row));
+            let spot = spots.iter().find(|spot| spot.table == table && spot.name == row[0]);
+            let id = spot.map_or(String::new(), |spot| format!(" id=\"t{table}-{}\"", spot.name));
+            let _ = writeln!(text, "<tr{id}>{}</tr>", cells("td", &row));
         }
         text.push_str("</table>\n");
         push_paragraphs(&mut text, &notes);

@@ -14,7 +14,7 @@ use crate::args::{ChartArgs, ViewArgs};
 use crate::chart::data::{About, Chart, Data};
 use crate::chart::measure::{self, Bench};
 use crate::chart::methods::{METHODS, Render};
-use crate::chart::page::{self, Sheet};
+use crate::chart::page::{self, Sheet, Spot};
 use crate::driver;
 use crate::listing::html::Page;
 use crate::listing::{Selection, Walk};
@@ -167,13 +167,19 @@ fn send_chart(chart: Chart, Size { width, height }: Size, out: &Out) {
     let diagram = chart.diagram.name();
     let reference = chart.diagram.reference_words();
     let data = Data { charts: vec![chart] };
-    let Ok(svg) = page::svg(&data) else { return };
+    let Ok((svg, spots)) = page::svg(&data) else { return };
+    let drawn = data.size();
+    let share = |place: i32, length: u32| f64::from(place) / f64::from(length);
+    let mark = |Spot { name, at: (x, y), .. }: &Spot| {
+        json!([name, share(*x, drawn.0), share(*y, drawn.1)])
+    };
     let message = json!({
         "event": "chart",
         "diagram": diagram,
         "size": format!("{width}x{height}"),
         "reference": reference,
         "tables": data.tables(),
+        "marks": spots.iter().map(mark).collect::<Vec<_>>(),
         "methods": METHODS.iter().filter_map(choice).collect::<serde_json::Map<_, _>>(),
     });
     out.send_with(message, "image/svg+xml", svg.as_bytes());

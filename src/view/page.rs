@@ -14,6 +14,7 @@ const SCRIPT: &str = concat!(
 pub(super) fn on_demand(name: &str) -> Option<(&'static str, &'static str)> {
     Some(match name {
         "icon.svg" => ("image/svg+xml", include_str!("page/icon.svg")),
+        "chart.js" => ("text/javascript; charset=utf-8", include_str!("page/chart.js")),
         "compare.js" => ("text/javascript; charset=utf-8", include_str!("page/compare.js")),
         "compare.css" => ("text/css; charset=utf-8", include_str!("page/compare.css")),
         _ => return None,

@@ -59,7 +59,7 @@ fn addresses_cannot_be_guessed() {
     let (half, longer) = (&token[..16], format!("{token}0"));
     let other = token.replace(&token[31..], if token.ends_with('0') { "1" } else { "0" });
     for wrong in ["", half, &longer, &other, "favicon.ico", ".."] {
-        for path in ["", "events", "pixel", "map", "file/1", "icon.svg", "compare.js"] {
+        for path in ["", "events", "pixel", "map", "file/1", "icon.svg", "chart.js", "compare.js"] {
             assert_eq!(get(&format!("/{wrong}/{path}")), 404, "{wrong} {path}");
         }
     }

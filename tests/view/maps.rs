@@ -114,7 +114,7 @@ fn what_is_not_to_be_had_is_said() {
     let no_image = server.get("map?run=1&image=1&of=cost");
     assert_eq!(no_image.status, 200);
     assert!(no_image.json()["error"].is_string(), "{no_image:?}");
-    for file in ["compare.js", "compare.css"] {
+    for file in ["chart.js", "compare.js", "compare.css"] {
         assert_eq!(server.get(file).status, 200, "{file}");
     }
 }

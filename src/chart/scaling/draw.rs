@@ -8,7 +8,7 @@ use crate::chart::draw::{
     self, Area, Drawn, FAINT, Foot, Layout, Sign, color, draw_mark, draw_notes, text,
 };
 use crate::chart::methods::{Family, Look, Shape};
-use crate::chart::page::Sheet;
+use crate::chart::page::{Sheet, Spot};
 use crate::chart::panel::{self, Frame};
 use crate::chart::scaling::data::{Growth, Measured, Times};
 use crate::chart::scaling::table;
@@ -79,7 +79,7 @@ impl Sheet for Growth {
         draw::size(n_panels, Layout::of(n_panels), &self.foot())
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>, _: &mut dyn FnMut(Spot)) -> Drawn<B> {
         draw::draw(area, &self.series, Layout::of(self.series.len()), draw_panel, &self.foot())
     }
 

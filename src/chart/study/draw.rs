@@ -3,7 +3,7 @@
 use plotters::prelude::*;
 
 use crate::chart::draw::{self, Area, Drawn, Foot, Layout, PANEL_HEIGHT, Sign};
-use crate::chart::page::Sheet;
+use crate::chart::page::{Sheet, Spot};
 use crate::chart::study::data::{Form, Mark, Panel, Study};
 use crate::chart::study::sets::{Kind, SERIES};
 use crate::chart::study::{bars, plot, table};
@@ -18,7 +18,7 @@ impl Sheet for Study {
         draw::size(self.panels.len(), self.layout(), &self.foot())
     }
 
-    fn draw<B: DrawingBackend>(&self, area: &Area<B>) -> Drawn<B> {
+    fn draw<B: DrawingBackend>(&self, area: &Area<B>, _: &mut dyn FnMut(Spot)) -> Drawn<B> {
         draw::draw(area, &self.panels, self.layout(), draw_panel, &self.foot())
     }
 

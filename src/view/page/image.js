@@ -145,19 +145,20 @@ on(picture, "click", (event) => pointAt(event, true));
 on(picture, "mouseleave", () => { view.asked = null; lightLines(0, 0); });
 on(byId("which"), "change", () => { view.chosen = Number(byId("which").value); showImage(); });
 
-/* What compares images is fetched when it is first wanted. */
-const { nonce } = document.currentScript;
-let comparison = null;
-function openTools(isOpen) {
-  comparison ||= new Promise((loaded, failed) => {
-    document.head.append(Object.assign(make("link"), { rel: "stylesheet", href: "compare.css", nonce }));
-    document.body.append(Object.assign(make("script"), { src: "compare.js", nonce, onload: loaded, onerror: failed }));
+/* What compares images, or shows charts, is fetched when it is first wanted. */
+const { nonce } = document.currentScript, scripts = {};
+function script(src) {
+  return scripts[src] ||= new Promise((onload, failed) => {
+    document.body.append(Object.assign(make("script"), { src, nonce, onload, onerror() { delete scripts[src]; failed(); } }));
   });
-  return comparison.then(() => {
+}
+function openTools(isOpen) {
+  if (!scripts["compare.js"]) document.head.append(Object.assign(make("link"), { rel: "stylesheet", href: "compare.css", nonce }));
+  return script("compare.js").then(() => {
     byId("tools").hidden = !isOpen;
     byId("inspect").ariaExpanded = isOpen;
     refresh();
-  }, () => { comparison = null; noticeGone(); });
+  }, noticeGone);
 }
 on(byId("inspect"), "click", () => openTools(byId("tools").hidden));
 new ResizeObserver(fit).observe(byId("frame"));

@@ -130,28 +130,6 @@ function showStats({ total, phases, counts, rays, threads, engine, precision, sa
     ...images.map((image, index) => table(images.length > 1 ? `Image ${index + 1}` : "Image", Object.entries(image).filter(([, value]) => value !== null && typeof value !== "object").map(([name, value]) => [name, PHASES.includes(name) ? seconds(value) : value]))));
 }
 
-function showChart({ diagram, size, reference, tables, methods, number }) {
-  const drawing = make("img");
-  drawing.src = "file/" + number;
-  drawing.alt = `Chart of ${diagram}: cost against error`;
-  const grid = tables.flatMap(({ title, headings, rows, notes }) => {
-    const head = make("tr", "", ...headings.map((heading) => make("th", "", heading)));
-    const body = rows.map((row) => make("tr", "", ...row.map((cell, column) => {
-      const choice = column === 0 && methods[cell];
-      if (!choice) return make("td", "", cell);
-      const button = make("button", "", cell);
-      on(button, "click", () => openTools(true).then(() => tryMethod(choice)));
-      return make("td", "", button);
-    })));
-    return [make("h3", "", title), make("div", "scroll", make("table", "", head, ...body), ...notes.map((note) => make("p", "", note)))];
-  });
-  const element = make("div", "chart", drawing, make("div", "", ...grid, make("p", "", `Measured at ${size}; the error is the difference from ${reference}. Click a method to render by it.`)));
-  element.dataset.diagram = diagram;
-  const before = byId("charts").querySelector(`[data-diagram="${diagram}"]`);
-  if (before) before.replaceWith(element); else byId("charts").append(element);
-  byId("no-chart").hidden = true;
-}
-
 const handlers = {
   source({ name, text: onDisk, revision, edit }) {
     const source = plain(onDisk);
@@ -187,7 +165,7 @@ const handlers = {
     const response = await fetch("file/" + number);
     if (response.status === 200) showCode(await response.json());
   },
-  chart: showChart,
+  chart(message) { script("chart.js").then(() => showChart(message), noticeGone); },
   ended({ run, ok, n, diagnostics }) {
     told.run = run;
     showProblems(diagnostics || []);
