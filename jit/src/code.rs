@@ -146,21 +146,25 @@ impl Code {
 #[inline(always)]
 fn sample(out: &SurfaceOut) -> SurfaceSample {
     let SurfaceOut { color: [red, green, blue], kd, ks, phong_exp } = out;
-    let [red, green, blue, kd, ks, phong_exp] = [red, green, blue, kd, ks, phong_exp].map(load);
-    SurfaceSample { color: DVec3::new(red, green, blue), kd, ks, phong_exp }
+    loaded([red, green, blue, kd, ks, phong_exp])
 }
 
 /// The same sample, in registers as what native code has left: where several ways of evaluation meet,
 /// the compiler would pack the numbers of all of them into vectors, and unpack those.
 #[inline(always)]
-pub(crate) fn load_each(sample: &SurfaceSample) -> SurfaceSample {
+pub(crate) fn in_registers(sample: &SurfaceSample) -> SurfaceSample {
     let SurfaceSample { color: DVec3 { x, y, z }, kd, ks, phong_exp } = sample;
-    let [red, green, blue, kd, ks, phong_exp] = [x, y, z, kd, ks, phong_exp].map(load);
+    loaded([x, y, z, kd, ks, phong_exp])
+}
+
+#[inline(always)]
+fn loaded(numbers: [&f64; 6]) -> SurfaceSample {
+    let [red, green, blue, kd, ks, phong_exp] = numbers.map(load);
     SurfaceSample { color: DVec3::new(red, green, blue), kd, ks, phong_exp }
 }
 
-/// Loads a number by itself, as a shader has stored it: the compiler would load two or four at once,
-/// and wait until those stores have reached the cache.
+/// Loads a number by itself, so that it lies within a single store: the compiler would load two or four
+/// at once, which span several stores, and wait until those have reached the cache.
 #[inline(always)]
 fn load(number: &f64) -> f64 {
     // SAFETY: a reference is valid for reading.

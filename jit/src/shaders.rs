@@ -19,7 +19,7 @@ use vm::value::Closure;
 
 use crate::batch::{self, Batch, Lanes};
 use crate::certify::BoundedCode;
-use crate::code::{Code, Native, isa, load_each};
+use crate::code::{Code, Native, in_registers, isa};
 use crate::outline::{KeyItem, Outline, outline};
 pub use crate::report::{CompileTimes, Evaluation, Observer, Region, SurfaceReport};
 use crate::signed::{Signed, SignedVersion};
@@ -392,12 +392,12 @@ impl SurfaceEval for NativeSurfaces<'_> {
                     return Ok(sample);
                 }
             }
-            Some(Tier::Constant(sample)) => return Ok(load_each(sample)),
+            Some(Tier::Constant(sample)) => return Ok(in_registers(sample)),
             Some(Tier::Interpreted(_)) | None => {}
         }
         // A copy is handed on, so that the place itself may stay in registers.
         let at = at.locate(Needs::ALL);
-        self.interpret(surface, &at).map(|sample| load_each(&sample))
+        self.interpret(surface, &at).map(|sample| in_registers(&sample))
     }
 
     fn constant(&mut self, surface: SurfaceId) -> Option<SurfaceSample> {
@@ -450,7 +450,8 @@ impl SurfaceEval for NativeSurfaces<'_> {
 }
 
 impl NativeSurfaces<'_> {
-    /// Asks the interpreter, and sees whether that has become too slow.
+    /// Asks the interpreter, and sees whether that has become too slow. It counts as cold, so that the way
+    /// of native code through [`SurfaceEval::eval`] is the straight one.
     #[cold]
     #[inline(never)]
     fn interpret(

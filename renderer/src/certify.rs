@@ -97,10 +97,9 @@ impl<'s, E: SurfaceEval> Worker<'s, E> {
         view: &View,
         surfaces: impl Fn() -> E,
     ) -> Self {
-        let (rough, double) = (view.grid(1), view.grid(1));
         Worker {
-            rough: Shader::new(&scene.rough, rough, illumination, surfaces()).giving_up(),
-            double: Shader::new(&scene.double, double, illumination, surfaces()).giving_up(),
+            rough: Shader::new(&scene.rough, view.grid(1), illumination, surfaces()).giving_up(),
+            double: Shader::new(&scene.double, view.grid(1), illumination, surfaces()).giving_up(),
             exact: Shader::new(&scene.exact, view.grid(1), illumination, surfaces()),
             row: 0,
             n_open: 0,

@@ -45,14 +45,17 @@ enum Child {
     Nothing,
 }
 
+/// What waits at most: on each level all children of a node but one, and at first all of a start.
+const MAX_PENDING: usize = MAX_DEPTH * (WIDTH - 1) + start::MAX_NODES * WIDTH;
+
 /// What is left to visit, nearest last, and where the ray enters it: memory that is kept from ray to
-/// ray. All children of a node but one wait on each level.
+/// ray.
 #[derive(Debug)]
-pub(crate) struct Pending([(Child, f64); MAX_DEPTH * (WIDTH - 1) + 1]);
+pub(crate) struct Pending([(Child, f64); MAX_PENDING]);
 
 impl Default for Pending {
     fn default() -> Self {
-        Pending([(Child::Nothing, 0.0); MAX_DEPTH * (WIDTH - 1) + 1])
+        Pending([(Child::Nothing, 0.0); MAX_PENDING])
     }
 }
 

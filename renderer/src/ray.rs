@@ -174,7 +174,7 @@ impl Line {
 /// Lines from one origin, as those through a rectangle of the image plane.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Beam {
-    /// As of a [`Line`], at most and at least.
+    /// The greatest `above` and the least `below` of its lines.
     above: [f64; 3],
     below: [f64; 3],
     /// The least and the greatest of 1 over the direction, anything where that may have both signs.
@@ -191,7 +191,8 @@ impl Beam {
         for axis in 0..3 {
             let above = of(|line| line.above, axis, f64::max);
             let below = of(|line| line.below, axis, f64::min);
-            // The origins of lines between them may be a little less certain.
+            // The directions of balls between them may be a little less certain, which widens origins;
+            // [`Beam::holds`] tells.
             (beam.above[axis], beam.below[axis]) =
                 (above + (above - below), below - (above - below));
             let least = of(|line| line.inverse, axis, f64::min);
@@ -214,21 +215,21 @@ impl Beam {
         })
     }
 
-    /// Which boxes any of its lines may meet, by bit. What [`Line::enters`] computes is done with the
-    /// ends of intervals: rounding keeps the order of numbers, so none that a line meets is missed.
+    /// Which boxes any of its lines may meet, by bit. What [`Line::enters`] computes is done with
+    /// intervals, the product of two of which lies between the products of their ends: rounding keeps the
+    /// order of numbers, so none that a line meets is missed.
     pub(crate) fn meets<const N: usize>(&self, boxes: &Boxes<N>) -> u32 {
         let [least, greatest] = &self.inverse;
         let (mut enter, mut exit) = ([0.0; N], [f64::INFINITY; N]);
         for axis in 0..3 {
-            let is_downward = greatest[axis].is_sign_negative();
             for k in 0..N {
                 let low = f64::from(boxes.lo[axis][k]) - self.above[axis];
                 let high = f64::from(boxes.hi[axis][k]) - self.below[axis];
-                let (near, far) = if is_downward { (high, low) } else { (low, high) };
-                let [near, far] = [near, far].map(|end| [end * least[axis], end * greatest[axis]]);
+                let [a, b] = [low * least[axis], low * greatest[axis]];
+                let [c, d] = [high * least[axis], high * greatest[axis]];
                 // NaN leaves an interval alone.
-                enter[k] = near[0].min(near[1]).max(enter[k]);
-                exit[k] = far[0].max(far[1]).min(exit[k]);
+                enter[k] = a.min(b).min(c.min(d)).max(enter[k]);
+                exit[k] = a.max(b).max(c.max(d)).min(exit[k]);
             }
         }
         (0..N).filter(|&k| enter[k] <= exit[k] * WIDER).fold(0, |met, k| met | 1 << k)

@@ -144,21 +144,22 @@ impl<R: Real> Scene<R> {
         let leaf = &self.leaves[index as usize];
         let map = &self.maps[self.details[index as usize].map as usize..];
         let object_from_world = &leaf.object_from_world;
-        if !leaf.is_diagonal {
+        let map = if leaf.is_diagonal {
+            let [Vec3 { x, y, z }, shift] = *map.first_chunk().expect("a diagonal and a shift");
+            let zero = R::ZERO;
+            let rows =
+                [Vec3::new(x, zero, zero), Vec3::new(zero, y, zero), Vec3::new(zero, zero, z)];
+            Affine { rows, shift }
+        } else {
             let [x, y, z, shift] = *map.first_chunk().expect("three rows and a shift");
-            let map = Affine { rows: [x, y, z], shift };
-            return [map.point(p), object_from_world.transposed_vector(normal)];
-        }
-        let [Vec3 { x, y, z }, shift] = *map.first_chunk().expect("a diagonal and a shift");
-        let zero = R::ZERO;
-        let rows = [Vec3::new(x, zero, zero), Vec3::new(zero, y, zero), Vec3::new(zero, zero, z)];
-        let map = Affine { rows, shift };
+            Affine { rows: [x, y, z], shift }
+        };
         // What is infinite or NaN times 0 is NaN, which the products that are left out would add.
-        let is_finite = p.to_dvec3().element_sum().is_finite();
-        if leaf.is_unturned && is_finite {
-            return [map.point_by_diagonal(p), object_from_world.vector_by_diagonal(normal)];
+        if leaf.is_diagonal && leaf.is_unturned && p.to_dvec3().element_sum().is_finite() {
+            [map.point_by_diagonal(p), object_from_world.vector_by_diagonal(normal)]
+        } else {
+            [map.point(p), object_from_world.transposed_vector(normal)]
         }
-        [map.point(p), object_from_world.transposed_vector(normal)]
     }
 
     /// The world-space surface that a face of a leaf is part of.

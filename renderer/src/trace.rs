@@ -203,7 +203,7 @@ impl<R: Real> Scene<R> {
         Reach { ray: *ray, line: self.line(ray) }
     }
 
-    /// The same without the ray.
+    /// A ray as the line that is tested against boxes.
     #[inline(always)]
     pub(crate) fn line(&self, ray: &Ray<R>) -> Line {
         Line::new(ray, self.conditioning, self.extent)
@@ -240,6 +240,9 @@ impl<R: Real> Scene<R> {
         others.clear();
         let mut first: Option<Crossing<R>> = None;
         let (mut first_index, mut t_end) = (0, f64::INFINITY);
+        // Only rays from the eye start in a medium that is unknown, and their tile has been entered. 1 over
+        // a direction is monotone across it, and the origins of lines are equally uncertain, so its beam
+        // holds them; only balls, of which each has an error of its own, have to be asked.
         let mut candidates = match tiles.start() {
             Some(start) if !OUTSIDE && (!R::KEEPS_ACCOUNT || start.holds(&reach.line)) => {
                 self.hierarchy.candidates_from(start, &reach.line, pending)
@@ -250,8 +253,12 @@ impl<R: Real> Scene<R> {
             let Some(crossing) = self.entry::<OUTSIDE>(index, reach, t_end, tree)? else {
                 continue;
             };
-            // Which of two that tie is called the first makes no difference.
-            if first.is_some_and(|first| crossing.t.total_cmp(&first.t).is_ge()) {
+            // Of those at the same `t` that of the lowest index is the first, in whatever order they are
+            // found.
+            let is_behind = |first: Crossing<R>| {
+                crossing.t.total_cmp(&first.t).then(index.cmp(&first_index)).is_ge()
+            };
+            if first.is_some_and(is_behind) {
                 others.push((index, crossing));
                 continue;
             }

@@ -1,8 +1,8 @@
-//! Constants where the code generator makes too much of them.
+//! Real constants, in the forms that x86-64 has in a register or in memory soonest.
 //!
-//! Cranelift makes a real that an x86-64 instruction cannot read from memory of 64 bits of code, which
-//! go through an integer register: 15 bytes and three micro-operations. As part of a vector it is a
-//! single load from beside the code, of 8 bytes.
+//! Cranelift makes a real that an instruction cannot read from memory of 64 bits of code, which go
+//! through an integer register: 15 bytes of code. As part of a vector it is one load, 8 bytes of code and
+//! 16 beside it.
 
 use cranelift_codegen::ir::immediates::Ieee64;
 use cranelift_codegen::ir::{
@@ -18,7 +18,7 @@ impl Lowering<'_, '_> {
     /// The value, as what is quickest to have in a register.
     pub(super) fn in_register(&mut self, value: ir::Value) -> ir::Value {
         match self.constant(value) {
-            // Zero is made of nothing.
+            // Zero needs no load.
             Some(real) if AS_VECTORS && real.bits() != 0 => {
                 let vector = self.vector([real, Ieee64::with_bits(0)]);
                 self.builder.ins().extractlane(vector, 0)
@@ -41,7 +41,7 @@ impl Lowering<'_, '_> {
                 (Some(a), Some(b)) if AS_VECTORS => (self.vector([a, b]), 2),
                 _ => (self.in_register(values[index]), 1),
             };
-            // Vectors may lie at any multiple of 8.
+            // The results are aligned for doubles, not for vectors.
             let flags = MemFlagsData::new().with_notrap();
             self.builder.ins().store(flags, value, to, index as i32 * 8);
             index += n_stored;

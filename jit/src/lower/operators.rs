@@ -8,7 +8,7 @@ use cranelift_codegen::ir::{self, AbiParam, InstBuilder, Signature, types};
 use crate::lower::Lowering;
 use crate::runtime;
 
-/// The sign of a real.
+/// The sign bit of a real.
 const SIGN: u64 = 1 << 63;
 
 impl Lowering<'_, '_> {
@@ -34,8 +34,11 @@ impl Lowering<'_, '_> {
                 self.builder.ins().fdiv(a, b)
             }
             Operator::NegF => self.builder.ins().fneg(a),
-            Operator::EqF => self.builder.ins().fcmp(FloatCC::Equal, a, b),
-            // Of what is compared, processors may read the lesser from memory, but not the greater.
+            Operator::EqF => {
+                let [a, b] = self.constant_last([a, b]);
+                self.builder.ins().fcmp(FloatCC::Equal, a, b)
+            }
+            // On x86-64 this is a comparison of b with a, of which only a may be read from memory.
             Operator::LessF => {
                 let b = self.in_register(b);
                 self.builder.ins().fcmp(FloatCC::LessThan, a, b)
@@ -87,6 +90,7 @@ impl Lowering<'_, '_> {
     }
 
     /// What is left of a number without its whole part has its sign, unless it is 0: that gets it here.
+    /// Of an infinity it is NaN, whose sign may differ from the interpreter's: any NaN is any other.
     fn frac(&mut self, a: ir::Value) -> ir::Value {
         let whole = self.builder.ins().trunc(a);
         let part = self.builder.ins().fsub(a, whole);

@@ -54,6 +54,11 @@ fn visited(hierarchy: &Hierarchy, line: &Line, t_end: f64) -> Vec<u32> {
     let mut candidates = hierarchy.candidates(line, &mut pending);
     let mut items: Vec<u32> = std::iter::from_fn(|| candidates.next(t_end)).collect();
     items.sort_unstable();
+    let mut candidates = hierarchy.candidates(line, &mut pending);
+    let in_any_order = std::iter::from_fn(|| candidates.next_unordered(t_end));
+    let mut in_any_order: Vec<u32> = in_any_order.collect();
+    in_any_order.sort_unstable();
+    assert_eq!(in_any_order, items);
     items
 }
 
@@ -155,6 +160,21 @@ fn lines_of_a_beam_miss_nothing_by_where_they_start() {
         assert!(n < 300 || n_opened > 20, "{n}: {n_opened} of 200 beams meet anything");
         assert!(n < 300 || n_met > 1000, "{n}: {n_met} items were there to be missed");
     }
+}
+
+#[test]
+fn a_beam_to_both_sides_meets_boxes_that_end_at_its_origin() {
+    let line = |x, y| {
+        let (origin, dir) = (Vec3::from_f64s([0.0, 0.0, -1.0]), Vec3::from_f64s([x, y, 1.0]));
+        let ray = Ray { origin, dir, on: None, medium: Medium::Unknown };
+        Line::new::<f64>(&ray, Conditioning { linear: 1.0, shift: 3.0 }, 0.0)
+    };
+    let corners = [line(-0.1, -0.1), line(0.1, -0.1), line(-0.1, 0.1), line(0.1, 0.1)];
+    // Three times the error of the origin, by which the beam is wider.
+    let end = -3.0 * 2.0_f32.powi(-45);
+    let boxes = Boxes { lo: [[-1.0], [-0.5], [3.0]], hi: [[end], [0.5], [4.0]] };
+    assert_eq!(line(-0.1, 0.0).enters(&boxes, f64::INFINITY).1, 1);
+    assert_eq!(Beam::between(&corners).meets(&boxes), 1);
 }
 
 #[test]

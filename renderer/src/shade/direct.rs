@@ -65,7 +65,9 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
         self.counts.shadow += 1;
         let ray =
             Ray { origin: hit.point, dir: way.shadow_dir, on: Some(hit.on), medium: hit.medium };
-        if !self.scene.omissions.holds(Part::Blockers) {
+        // Numbers that keep account of doubts must not depend on what was traced before: of two that may
+        // be in the way, one may leave a doubt that is not there if the other is tried first.
+        if R::KEEPS_ACCOUNT || !self.scene.omissions.holds(Part::Blockers) {
             self.blockers[lamp] = None;
         }
         let blocker = &mut self.blockers[lamp];
