@@ -73,7 +73,7 @@ chart-set set *args:
 # Measures the chart of docs/scaling.md again, which takes some minutes; nothing else should run.
 scaling:
     cargo build --release
-    cargo run --release --quiet -- chart --scaling --runs 7 \
+    cargo run --release --quiet -- chart --scaling --runs 9 \
         --export docs/charts/scaling.json -o docs/charts/scaling.svg
 
 # A Debian package with manual pages, completions, the book and the scenes, in target/debian (needs

@@ -113,7 +113,7 @@ impl<R: Real> Scene<R> {
         let Workspace { pending, taken, .. } = workspace;
         taken.clear();
         let mut candidates = tree.hierarchy.candidates(&reach.line, pending);
-        while let Some(leaf) = candidates.next(t_end) {
+        while let Some(leaf) = candidates.next_unordered(t_end) {
             let Some(LeafSpan { enter, exit }) = self.leaf_span(leaf, &reach.ray) else { continue };
             if !reach.is_plainly_ahead(exit.t)? {
                 continue;

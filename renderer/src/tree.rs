@@ -106,7 +106,7 @@ impl<R: Real> Scene<R> {
         crossings.clear();
         leaves.extend_from_slice(&tree.whole);
         let mut candidates = tree.hierarchy.candidates(&reach.line, &mut workspace.pending);
-        while let Some(leaf) = candidates.next(t_end) {
+        while let Some(leaf) = candidates.next_unordered(t_end) {
             leaves.push(leaf);
         }
         // The first leaf's root of a shared surface counts.
