@@ -107,26 +107,6 @@ fn engines_and_threads_certify_the_same_image() {
     }
 }
 
-/// A thread traces other pixels before one if there are more threads: what it has found there must not
-/// decide what is certain here.
-#[test]
-fn threads_do_not_change_how_pixels_are_known() {
-    for name in ["die", "chess-pawn", "spotlights"] {
-        let scene =
-            std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.gml"));
-        let scene = scene.to_str().expect("UTF-8");
-        let marks = ["1", "2"].map(|threads| {
-            let sandbox = Sandbox::new();
-            let size = ["--size", "96x72", "--engine", "jit", "-j", threads];
-            let marked = [&[scene, "--certify", "--mark-uncertain", "m.png"], &size[..]].concat();
-            let ended = sandbox.run(&marked);
-            assert_eq!(ended.code, 0, "{}", ended.stderr);
-            sandbox.read("m.png")
-        });
-        assert!(marks[0] == marks[1], "{name}");
-    }
-}
-
 /// Both ways to ask for certainty are as good for marks.
 #[test]
 fn a_precision_is_enough_for_marks() {
