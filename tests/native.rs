@@ -243,6 +243,9 @@ fn reals_at_the_edges_of_operators() {
         "u floor v floor addi real",
         "1.5 u subf u 1.5 subf mulf",
         "2.0 u divf 3.0 v mulf addf",
+        "u 2.0 mulf 2.0 v mulf subf",
+        "u 0.25 divf v -8.0 divf addf u 3.0 divf subf",
+        "u 4.0e-320 divf v 1.7e308 divf addf",
         "0.25 v addf u lessf { 0.75 } { v 1.0 lessf { v } { -0.0 } if } if",
         "1.0 u lessf { u 1.0 lessf { 0.0 } { 1.0 } if } { u } if",
     ];
@@ -256,6 +259,97 @@ fn reals_at_the_edges_of_operators() {
     }
     // Those of `floor`: of five reals alone, and of a sum also where it overflows.
     assert!(n_errors > 2 * 5 * edges.len(), "{n_errors}");
+}
+
+/// Whole parts as subscripts, where one addition finds them: reals around the bounds, and around those
+/// beyond which that addition rounds.
+#[test]
+fn subscripts_at_the_edges_of_arrays() {
+    let mut edges = vec![f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE];
+    for near in [0.0, 1.0, 3.0, 4.0, 2_f64.powi(32), 1e300] {
+        edges.extend([near, near.next_up(), near.next_down()]);
+    }
+    for power in 50..54 {
+        let near = 2_f64.powi(power);
+        edges.extend([near - 1.0, near, near + 1.0, near + 2.0, near + 3.0, near * 1.5]);
+    }
+    let points = || {
+        let reals = edges.iter().flat_map(|real| [*real, -real]);
+        reals.map(|u| SurfacePoint { face: 2, u, v: u * 0.5 })
+    };
+    for gray in [
+        "[0.25 0.5 0.75] u floor get",
+        "[1 2 3] u floor get real",
+        "[true false true] v floor get { u } { v } if",
+        "[0.1 0.2 0.3 point 0.4 0.5 0.6 point] u floor get /p p getz p gety p getx subf addf",
+        "[[0.1 0.2] [0.3 0.4] [0.5 0.6]] u floor get v floor get",
+        "[{ 0.5 } { u }] v floor get apply",
+        // What is more than a subscript stays an integer, and what is not one on all ways fails on all.
+        "[0.25 0.5 0.75] /a u floor /i v u lessf { a i get } { 0.125 } if",
+        "u floor /unused [0.25 0.5 0.75] v floor get",
+        "[0.25 0.5 0.75] u floor /i i get i real addf",
+    ] {
+        let text = surface("", gray);
+        let agreed = agree(&text, LIMITS, points()).expect("it leaves a surface function");
+        assert!(matches!(agreed.evaluation, Evaluation::Native { .. }), "{:?}", agreed.evaluation);
+        let n_errors = agreed.results.iter().filter(|result| result.is_err()).count();
+        let n_points = agreed.results.len();
+        assert!(n_errors > n_points / 4 && n_errors < n_points, "{n_errors} of {n_points}: {gray}");
+    }
+}
+
+/// All three numbers of points in tables, as results and in between.
+#[test]
+fn points_of_tables_lie_where_they_belong() {
+    let table = "[ [0.1 0.2 0.3 point 0.4 0.5 0.6 point] [0.7 0.8 0.9 point 1.0 1.1 1.2 point] ] /t \
+         [1 2 3] /others";
+    for color in [
+        "p",
+        "p getz p gety p getx point",
+        "p getx 0.5 p getz point",
+        "p gety p gety p getz point",
+        "q getx p gety p getz point",
+        "others face 2 modi get real p gety p getz point",
+    ] {
+        let text = format!(
+            "{table} {{ /v /u /face u 1.9 mulf floor /i v 1.9 mulf floor /j \
+             t i get j get /p t j get i get /q {color} p gety p getz q getx }}"
+        );
+        assert_native(&text);
+    }
+}
+
+/// A shader says by a red that is NaN that the interpreter is to be asked: that one says the same.
+#[test]
+fn red_may_be_no_number() {
+    let text =
+        "{ /v /u /face face 3 lessi { 0.0 v 0.0 mulf divf } { u } if v u point 1.0 0.5 2.0 }";
+    let (evaluation, results) = call(text, LIMITS);
+    assert!(matches!(evaluation, Evaluation::Native { .. }), "{evaluation:?}");
+    let is_nan = |told: &Told| matches!(told, Ok([red, ..]) if f64::from_bits(*red).is_nan());
+    assert_eq!(results.iter().filter(|told| is_nan(told)).count(), 18, "{results:?}");
+}
+
+/// As many results as there are registers, and one more.
+#[test]
+fn results_of_recursion_are_as_many_as_registers() {
+    for (n, is_native) in [(8, true), (9, false)] {
+        let halved: String = (0..n).map(|k| format!("a {k} get 0.5 mulf ")).collect();
+        let text = format!(
+            "{{ /self /u /n n 1 lessi {{ [ {} ] }} {{ n 1 subi u self self apply /a [ {halved} ] }} if }} /go",
+            "u ".repeat(n)
+        );
+        let text = surface(&text, "v 9.0 mulf floor u go go apply 1 get");
+        let (evaluation, results) = call(&text, LIMITS);
+        match evaluation {
+            Evaluation::Native { .. } => assert!(is_native, "{n}"),
+            Evaluation::Declined(why) => {
+                assert!(!is_native && why.reason.contains("too many values"), "{}", why.reason)
+            }
+            other => panic!("{other:?}"),
+        }
+        assert!(results.iter().all(Result::is_ok), "{results:?}");
+    }
 }
 
 /// Results that are constants, of any number and in any place, beside others.

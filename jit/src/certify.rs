@@ -57,20 +57,20 @@ impl NativeSurfaces<'_> {
         if slot.tier.get().is_none() {
             self.decide_at(index, surface, at);
         }
-        match slot.tier.get() {
-            Some(Tier::Constant(sample)) => Some(exact(sample)),
-            Some(Tier::Native(native, needs)) => {
-                let at = at.locate_bounded(*needs);
-                if let Some(at) = known(&at, *needs) {
-                    return self.eval(surface, &at).ok().as_ref().map(exact);
-                }
-                let is_unknown = [needs.u && at.u.error != 0.0, needs.v && at.v.error != 0.0];
-                let bound = slot.variant.get()?.as_ref().ok()?;
-                let code = shaders.bounded_code(index, &bound.variant, is_unknown)?;
-                native.call_bounded(code, at.face, at.u, at.v)
-            }
-            Some(Tier::Interpreted(_)) | None => self.interpreter.eval_bounded(surface, at),
+        if let Some(Tier::Constant(sample)) = slot.tier.get() {
+            return Some(exact(sample));
         }
+        let Some((native, needs)) = slot.native.get() else {
+            return self.interpreter.eval_bounded(surface, at);
+        };
+        let at = at.locate_bounded(*needs);
+        if let Some(at) = known(&at, *needs) {
+            return self.eval(surface, &at).ok().as_ref().map(exact);
+        }
+        let is_unknown = [needs.u && at.u.error != 0.0, needs.v && at.v.error != 0.0];
+        let bound = slot.variant.get()?.as_ref().ok()?;
+        let code = shaders.bounded_code(index, &bound.variant, is_unknown)?;
+        native.call_bounded(code, at.face, at.u, at.v)
     }
 
     /// Decides how a surface is evaluated from now on.

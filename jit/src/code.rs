@@ -1,4 +1,5 @@
-//! Executable memory, and the calls into it: all the `unsafe` code of the project.
+//! Executable memory, the calls into it, and how their results are loaded: all the `unsafe` code of the
+//! project.
 //!
 //! Code is written to memory that is writable, which then becomes executable and never writable
 //! again. It lives as long as the [`Code`] that owns it.
@@ -21,11 +22,15 @@ use vm::surfaces;
 
 use crate::abi::{BoundedFn, BoundedOut, DONE, SignedFn, SignedOut, SurfaceFn, SurfaceOut};
 use crate::lower::{self, Surroundings};
-use crate::sir::{Shader, Version};
+use crate::sir::{ROW_LEN, Shader, Version};
 use crate::text::{self, Names, Text};
 
-/// What calls of routines may take of the native stack. Threads have 2 MiB, unless told otherwise.
+/// What a call may take of the native stack, with the routines that it calls. Threads have 2 MiB, unless
+/// told otherwise.
 const STACK_BYTES: u64 = 256 << 10;
+
+/// What one frame may take of it.
+const MAX_FRAME: u64 = STACK_BYTES / 4;
 
 /// The part of a frame that is not below its frame pointer: that and the return address.
 const FRAME_EDGE: u64 = 16;
@@ -35,12 +40,16 @@ pub(crate) struct Code<F = SurfaceFn> {
     entry: F,
     /// Addresses and sizes of the functions that it consists of.
     parts: Vec<(usize, usize)>,
-    /// What the code reads by address.
-    _tables: Vec<Box<[u64]>>,
+    /// What the code reads by address: its tables, one after the other.
+    _tables: Box<[Aligned]>,
     _memory: Memory,
     n_uniforms: u32,
     pub(crate) n_bytes: usize,
 }
+
+/// Entries of a table, such that a point, or two numbers of it, lie in one line of the cache.
+#[repr(align(32))]
+struct Aligned(#[expect(dead_code, reason = "read by machine code")] [u64; ROW_LEN]);
 
 /// A module that gives its memory back.
 struct Memory(ManuallyDrop<JITModule>);
@@ -90,19 +99,19 @@ impl<F> Code<F> {
         text: Option<&mut Text>,
         entry: impl FnOnce(*const u8) -> F,
     ) -> Result<Self, String> {
-        let tables: Vec<Box<[u64]>> =
-            shader.tables.iter().map(|table| table.entries.clone().into_boxed_slice()).collect();
-        let addresses: Vec<*const u64> = tables.iter().map(|table| table.as_ptr()).collect();
+        let tables: Box<[Aligned]> =
+            shader.tables.iter().flat_map(|table| &table.rows).copied().map(Aligned).collect();
+        let address = tables.as_ptr().cast::<u64>();
         let builder = JITBuilder::with_isa(isa.clone(), default_libcall_names());
         let mut memory = Memory(ManuallyDrop::new(JITModule::new(builder)));
         let mut making = Making {
             module: &mut memory.0,
             shader,
-            tables: &addresses,
+            tables: address,
             context: Context::new(),
             builder: FunctionBuilderContext::new(),
             max_frame: 0,
-            text: text.map(|text| (text, Names::new(&addresses))),
+            text: text.map(|text| (text, Names::new(address))),
         };
         let made = making.make(max_calls)?;
         memory.0.finalize_definitions().map_err(words)?;
@@ -112,6 +121,11 @@ impl<F> Code<F> {
         let entry = entry(address_of(made[0].0));
         let n_uniforms = shader.n_uniforms;
         Ok(Code { entry, parts, _tables: tables, _memory: memory, n_uniforms, n_bytes })
+    }
+
+    /// Numbers of an environment: fuel, and the uniforms.
+    fn environment_len(&self) -> usize {
+        1 + self.n_uniforms as usize
     }
 
     /// The addresses and sizes of its functions.
@@ -142,11 +156,12 @@ impl Code {
     }
 }
 
-/// What a shader has left.
+/// What a shader has returned and left.
 #[inline(always)]
-fn sample(out: &SurfaceOut) -> SurfaceSample {
-    let SurfaceOut { color: [red, green, blue], kd, ks, phong_exp } = out;
-    loaded([red, green, blue, kd, ks, phong_exp])
+fn sample(red: f64, out: &SurfaceOut) -> SurfaceSample {
+    let SurfaceOut { green, blue, kd, ks, phong_exp } = out;
+    let [green, blue, kd, ks, phong_exp] = [green, blue, kd, ks, phong_exp].map(load);
+    SurfaceSample { color: DVec3::new(red, green, blue), kd, ks, phong_exp }
 }
 
 /// The same sample, in registers as what native code has left: where several ways of evaluation meet,
@@ -154,13 +169,8 @@ fn sample(out: &SurfaceOut) -> SurfaceSample {
 #[inline(always)]
 pub(crate) fn in_registers(sample: &SurfaceSample) -> SurfaceSample {
     let SurfaceSample { color: DVec3 { x, y, z }, kd, ks, phong_exp } = sample;
-    loaded([x, y, z, kd, ks, phong_exp])
-}
-
-#[inline(always)]
-fn loaded(numbers: [&f64; 6]) -> SurfaceSample {
-    let [red, green, blue, kd, ks, phong_exp] = numbers.map(load);
-    SurfaceSample { color: DVec3::new(red, green, blue), kd, ks, phong_exp }
+    let [x, y, z, kd, ks, phong_exp] = [x, y, z, kd, ks, phong_exp].map(load);
+    SurfaceSample { color: DVec3::new(x, y, z), kd, ks, phong_exp }
 }
 
 /// Loads a number by itself, so that it lies within a single store: the compiler would load two or four
@@ -191,23 +201,16 @@ impl Code<BoundedFn> {
     }
 
     /// Calls the bounded shader; none if it has left.
-    fn call(
-        &self,
-        uniforms: &[u64],
-        face: u8,
-        u: Bounded,
-        v: Bounded,
-        fuel: i64,
-    ) -> Option<BoundedOut> {
-        assert_eq!(uniforms.len(), self.n_uniforms as usize, "a shader and its uniforms fit");
-        let (uniforms, face) = (uniforms.as_ptr(), i64::from(face));
+    fn call(&self, environment: &[u64], face: u8, u: Bounded, v: Bounded) -> Option<BoundedOut> {
+        assert_eq!(environment.len(), self.environment_len(), "a shader and its uniforms fit");
+        let (environment, face) = (environment.as_ptr(), i64::from(face));
         let mut out = MaybeUninit::uninit();
         // SAFETY: as for plain shaders: `entry` is finalized code of this signature in memory that
-        // `self` owns. It reads as many uniforms as it was compiled for, which has been checked, and
-        // tables that `self` owns, at checked indices; it writes nothing but `out`, does not unwind,
-        // and takes no more of the stack than `STACK_BYTES`.
+        // `self` owns. It reads fuel and as many uniforms as it was compiled for, which has been
+        // checked, and tables that `self` owns, at checked indices; it writes nothing but `out`, does
+        // not unwind, and takes no more of the stack than `STACK_BYTES`.
         let status = unsafe {
-            (self.entry)(uniforms, face, u.value, v.value, u.error, v.error, fuel, out.as_mut_ptr())
+            (self.entry)(environment, face, u.value, v.value, u.error, v.error, out.as_mut_ptr())
         };
         // SAFETY: code that returns `DONE` has written all results.
         (status == DONE).then(|| unsafe { out.assume_init() })
@@ -233,30 +236,29 @@ impl Code<SignedFn> {
         })
     }
 
-    /// Calls the signed shader; none if it has left. `uniforms` are as many as it was compiled for.
+    /// Calls the signed shader; none if it has left. The environment is of the length that it was
+    /// compiled for.
     #[inline]
     fn call(
         &self,
-        uniforms: &[u64],
+        environment: &[u64],
         face: u8,
         u: f64,
         v: f64,
-        fuel: i64,
     ) -> Option<(SurfaceSample, Decisions)> {
         let mut out = MaybeUninit::<SignedOut>::uninit();
         // SAFETY: as for plain shaders: `entry` is finalized code of this signature in memory that
-        // `self` owns. It reads uniforms within the number that it was compiled for, which `Native`
+        // `self` owns. It reads an environment of the length that it was compiled for, which `Native`
         // passes, and tables that `self` owns, at checked indices; it writes nothing but `out`, does
         // not unwind, and takes no more of the stack than `STACK_BYTES`.
-        let status = unsafe {
-            (self.entry)(uniforms.as_ptr(), i64::from(face), u, v, fuel, out.as_mut_ptr())
-        };
+        let status =
+            unsafe { (self.entry)(environment.as_ptr(), i64::from(face), u, v, out.as_mut_ptr()) };
         if status != DONE {
             return None;
         }
         // SAFETY: code that returns `DONE` has written all results.
         let out = unsafe { out.assume_init_ref() };
-        Some((sample(&out.sample), Decisions(out.decisions)))
+        Some((sample(out.red, &out.sample), Decisions(out.decisions)))
     }
 }
 
@@ -264,7 +266,7 @@ impl Code<SignedFn> {
 struct Making<'m> {
     module: &'m mut JITModule,
     shader: &'m Shader,
-    tables: &'m [*const u64],
+    tables: *const u64,
     context: Context,
     builder: FunctionBuilderContext,
     /// Bytes of the largest frame so far.
@@ -293,7 +295,9 @@ impl Making<'_> {
         let signature =
             lower::signature(self.shader, config.default_call_conv, config.pointer_type());
         let main = self.declare(&signature)?;
-        let max_calls = max_calls.min(STACK_BYTES / self.max_frame.max(1));
+        // A call that finds none left has a frame, too.
+        let n_frames = (STACK_BYTES - MAX_FRAME) / self.max_frame.max(1);
+        let max_calls = max_calls.min(n_frames.saturating_sub(1));
         made.insert(0, (main, self.define(main, signature, &ids, None, max_calls as i64)?));
         Ok(made)
     }
@@ -345,6 +349,9 @@ impl Making<'_> {
         let frame =
             compiled.buffer.frame_layout().map_or(u32::MAX, |frame| frame.frame_to_fp_offset);
         self.max_frame = self.max_frame.max(u64::from(frame) + FRAME_EDGE);
+        if self.max_frame > MAX_FRAME {
+            return Err("it needs too much of the stack".to_owned());
+        }
         Ok(compiled.code_buffer().len())
     }
 }
@@ -358,16 +365,17 @@ fn words(error: impl std::fmt::Display) -> String {
 pub(crate) struct Native<F = SurfaceFn> {
     /// That of the code, here so that a call need not look there.
     entry: F,
+    /// What a call may use up in loops and routines, and the uniforms.
+    environment: Box<[u64]>,
     pub(crate) code: Arc<Code<F>>,
-    uniforms: Box<[u64]>,
-    /// What a call may use up in loops and routines.
-    fuel: i64,
 }
 
 impl<F: Copy> Native<F> {
-    pub(crate) fn new(code: Arc<Code<F>>, uniforms: Vec<u64>, fuel: i64) -> Self {
-        assert_eq!(uniforms.len(), code.n_uniforms as usize, "a shader and its uniforms fit");
-        Native { entry: code.entry, code, uniforms: uniforms.into_boxed_slice(), fuel }
+    pub(crate) fn new(code: Arc<Code<F>>, uniforms: &[u64], fuel: i64) -> Self {
+        let environment: Box<[u64]> =
+            [fuel as u64].into_iter().chain(uniforms.iter().copied()).collect();
+        assert_eq!(environment.len(), code.environment_len(), "a shader and its uniforms fit");
+        Native { entry: code.entry, environment, code }
     }
 }
 
@@ -375,32 +383,31 @@ impl Native<SignedFn> {
     /// Calls the signed shader; none if it has left.
     #[inline]
     pub(crate) fn call(&self, face: u8, u: f64, v: f64) -> Option<(SurfaceSample, Decisions)> {
-        self.code.call(&self.uniforms, face, u, v, self.fuel)
+        self.code.call(&self.environment, face, u, v)
     }
 }
 
 impl Native {
     pub(crate) fn n_uniforms(&self) -> u32 {
-        self.uniforms.len() as u32
+        self.code.n_uniforms
     }
 
     /// Calls the shader; none if the interpreter must do it.
     #[inline(always)]
     pub(crate) fn call(&self, face: u8, u: f64, v: f64) -> Option<SurfaceSample> {
-        let Native { entry, code: _, uniforms, fuel } = self;
+        let Native { entry, environment, code: _ } = self;
         let mut out = MaybeUninit::uninit();
         // SAFETY: `entry` is finalized code of this signature, in memory of `code`, which `self` owns a
-        // share of. It reads uniforms within the number that it was compiled for, which `new` has
+        // share of. It reads an environment of the length that it was compiled for, which `new` has
         // checked, and tables of `code`, at checked indices; and it writes nothing but `out`. It does
-        // not unwind: the functions that it calls do not panic. What its routines take of the stack is
-        // bounded by `STACK_BYTES`.
-        let status =
-            unsafe { entry(uniforms.as_ptr(), i64::from(face), u, v, *fuel, out.as_mut_ptr()) };
-        if status != DONE {
+        // not unwind: the functions that it calls do not panic. What it takes of the stack is bounded by
+        // `STACK_BYTES`.
+        let red = unsafe { entry(environment.as_ptr(), i64::from(face), u, v, out.as_mut_ptr()) };
+        if red.is_nan() {
             return None;
         }
-        // SAFETY: code that returns `DONE` has written all results.
-        Some(sample(unsafe { out.assume_init_ref() }))
+        // SAFETY: code that returns a number has written all other results.
+        Some(sample(red, unsafe { out.assume_init_ref() }))
     }
 
     /// Calls the bounded version of the shader; none if it has left.
@@ -411,7 +418,7 @@ impl Native {
         u: Bounded,
         v: Bounded,
     ) -> Option<BoundedSample> {
-        let BoundedOut { values, errors } = code.call(&self.uniforms, face, u, v, self.fuel)?;
+        let BoundedOut { values, errors } = code.call(&self.environment, face, u, v)?;
         let [red, green, blue, kd, ks, phong_exp] =
             std::array::from_fn(|index| surfaces::bounded(values[index], errors[index]));
         Some(BoundedSample { color: [red, green, blue], kd, ks, phong_exp })

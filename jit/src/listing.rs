@@ -122,7 +122,7 @@ impl Shaders<'_> {
         let outcome = match self.slots[index].tier.get()? {
             Tier::Constant(sample) => Outcome::Constant(*sample),
             Tier::Interpreted(why) => Outcome::Declined(why.clone()),
-            Tier::Native(..) => {
+            Tier::Native => {
                 specialized.map_err(Clone::clone).and_then(native).unwrap_or_else(Outcome::Declined)
             }
         };

@@ -2,7 +2,7 @@
 //!
 //! Arithmetic becomes the same IEEE operations that `compiler::scalar` performs, in the same order
 //! and never contracted. Where that has no result (overflow, a root of a negative number, ...) the
-//! code branches to one block that returns [`LEFT`].
+//! code branches to one block, which returns that it has left.
 //!
 //! A routine takes how many further calls may be active, the fuel, the signature so far if there is one,
 //! and its parameters; it returns the fuel that is left, a negative number if the interpreter must have
@@ -24,6 +24,7 @@ use crate::sir::{
 
 mod constants;
 mod operators;
+mod subscripts;
 
 /// The signature of [`SurfaceFn`](crate::abi::SurfaceFn), or of
 /// [`BoundedFn`](crate::abi::BoundedFn) or [`SignedFn`](crate::abi::SignedFn) if the shader is of that
@@ -32,13 +33,15 @@ pub(crate) fn signature(shader: &Shader, call_conv: CallConv, pointer: ir::Type)
     let mut signature = Signature::new(call_conv);
     let radii = shader.radii().map(|_| types::F64);
     let point = [pointer, types::I64, types::F64, types::F64];
-    let params = point.into_iter().chain(radii).chain([types::I64, pointer]);
+    let params = point.into_iter().chain(radii).chain([pointer]);
     signature.params.extend(params.map(AbiParam::new));
-    signature.returns.push(AbiParam::new(types::I32));
+    let returned = if shader.version == Version::Plain { types::F64 } else { types::I32 };
+    signature.returns.push(AbiParam::new(returned));
     signature
 }
 
-/// The signature of a routine. The convention is one that returns any number of values.
+/// The signature of a routine. The convention is the one that returns values in most
+/// registers.
 pub(crate) fn routine_signature(routine: &Routine, version: Version) -> Signature {
     let body = &routine.body;
     let mut signature = Signature::new(CallConv::Tail);
@@ -55,8 +58,8 @@ pub(crate) fn routine_signature(routine: &Routine, version: Version) -> Signatur
 /// What a body of code refers to, and is called by.
 pub(crate) struct Surroundings<'s> {
     pub(crate) shader: &'s Shader,
-    /// Addresses of the tables.
-    pub(crate) tables: &'s [*const u64],
+    /// Address of the tables, one after the other.
+    pub(crate) tables: *const u64,
     /// The routines, as the function that is filled knows them.
     pub(crate) routines: Vec<ir::FuncRef>,
     /// How many calls of routines may be active at once.
@@ -86,10 +89,12 @@ pub(crate) fn lower(
         body,
         routine,
         live: body.live(),
+        are_subscripts: subscripts::subscripts(body),
         builder,
         values: vec![None; body.types.len()],
         blocks,
         leave,
+        point: None,
         fuel: None,
         decisions: None,
         max_calls: None,
@@ -115,10 +120,14 @@ struct Lowering<'s, 'f> {
     /// The routine that the body is of; none if it is the shader's.
     routine: Option<&'s Routine>,
     live: Vec<bool>,
+    /// Which values are whole parts of reals, for nothing but subscripts: those are left as reals.
+    are_subscripts: Vec<bool>,
     builder: FunctionBuilder<'f>,
     values: Vec<Option<ir::Value>>,
     blocks: Vec<ir::Block>,
     leave: ir::Block,
+    /// The last two numbers of the point of a table that was read last in this block: table, start, numbers.
+    point: Option<(u32, Val, ir::Value)>,
     /// What is left of the fuel, if there are loops or calls.
     fuel: Option<Variable>,
     /// The signature of the decisions so far, if the shader is signed.
@@ -176,10 +185,10 @@ impl Lowering<'_, '_> {
     }
 
     fn enter_shader(&mut self, entry: ir::Block) {
-        let [uniforms, face, u, v, radii @ .., fuel, out] = self.builder.block_params(entry) else {
+        let [environment, face, u, v, radii @ .., out] = self.builder.block_params(entry) else {
             unreachable!("the signature has these parameters")
         };
-        let (uniforms, face, u, v, fuel, out) = (*uniforms, *face, *u, *v, *fuel, *out);
+        let (environment, face, u, v, out) = (*environment, *face, *u, *v, *out);
         for (val, &value) in self.around.shader.radii().zip(radii) {
             self.values[val.0 as usize] = Some(value);
         }
@@ -191,17 +200,19 @@ impl Lowering<'_, '_> {
             let none = self.builder.ins().iconst(types::I64, Decisions::NONE.0 as i64);
             self.declare_decisions(none);
         }
+        let flags = MemFlagsData::trusted().with_readonly();
         for index in 0..self.around.shader.n_uniforms {
             let val = Val(N_ARGUMENTS + index);
             if self.is_live(val) {
                 let ty = clif_type(self.body.type_of(val));
-                let flags = MemFlagsData::trusted().with_readonly();
-                let value = self.builder.ins().load(ty, flags, uniforms, index as i32 * 8);
+                let offset = (1 + index as i32) * 8;
+                let value = self.builder.ins().load(ty, flags, environment, offset);
                 self.values[val.0 as usize] = Some(value);
             }
         }
         let has_calls = self.body.has_calls();
         if has_calls || self.body.blocks.iter().any(|block| block.is_loop) {
+            let fuel = self.builder.ins().load(types::I64, flags, environment, 0);
             self.declare_fuel(fuel);
         }
         if has_calls {
@@ -251,7 +262,10 @@ impl Lowering<'_, '_> {
         self.builder.switch_to_block(self.leave);
         self.builder.set_srcloc(SourceLoc::default());
         let Some(routine) = self.routine else {
-            let left = self.builder.ins().iconst(types::I32, i64::from(LEFT));
+            let left = match self.around.shader.version {
+                Version::Plain => self.builder.ins().f64const(f64::NAN),
+                _ => self.builder.ins().iconst(types::I32, i64::from(LEFT)),
+            };
             self.builder.ins().return_(&[left]);
             return;
         };
@@ -271,6 +285,7 @@ impl Lowering<'_, '_> {
         let body = self.body;
         let data = &body.blocks[block.0 as usize];
         self.builder.switch_to_block(self.blocks[block.0 as usize]);
+        self.point = None;
         if data.is_loop {
             self.at(data.site);
             self.take_fuel();
@@ -278,7 +293,11 @@ impl Lowering<'_, '_> {
         for (val, inst, site) in &data.insts {
             if self.is_live(*val) {
                 self.at(*site);
-                let value = self.inst(inst);
+                let value = if self.are_subscripts[val.0 as usize] {
+                    self.whole_part(inst)
+                } else {
+                    self.inst(inst)
+                };
                 self.values[val.0 as usize] = Some(value);
             }
         }
@@ -352,19 +371,27 @@ impl Lowering<'_, '_> {
     }
 
     fn return_(&mut self, vals: &[Val]) {
-        let values: Vec<ir::Value> = vals.iter().map(|val| self.value(*val)).collect();
         if self.routine.is_some() {
             let fuel = self.fuel.expect("declared for routines");
             let mut results = vec![self.builder.use_var(fuel)];
             results.extend(self.decisions());
-            results.extend(values);
+            results.extend(vals.iter().map(|val| self.value(*val)));
             self.builder.ins().return_(&results);
             return;
         }
         let out = self.out.expect("set at the entry");
-        let decisions = self.decisions();
-        let results: Vec<ir::Value> = values.into_iter().chain(decisions).collect();
-        self.store_all(&results, out);
+        if self.around.shader.version == Version::Plain {
+            let (red, others) = vals.split_first().expect("there are six results");
+            self.store_all(others, out);
+            let red = self.in_register(self.value(*red));
+            self.builder.ins().return_(&[red]);
+            return;
+        }
+        self.store_all(vals, out);
+        if let Some(decisions) = self.decisions() {
+            let offset = vals.len() as i32 * 8;
+            self.builder.ins().store(MemFlagsData::trusted(), decisions, out, offset);
+        }
         let done = self.builder.ins().iconst(types::I32, i64::from(DONE));
         self.builder.ins().return_(&[done]);
     }
@@ -407,33 +434,9 @@ impl Lowering<'_, '_> {
                 self.builder.ins().uextend(types::I64, value)
             }
             Inst::Scalar(op, [a, b]) => self.scalar(op, self.value(a), self.value(b)),
-            Inst::Checked { index, length } => {
-                let index = self.value(index);
-                // Unsigned, negative indices are the largest.
-                let is_out = self.builder.ins().icmp_imm_s(
-                    IntCC::UnsignedGreaterThanOrEqual,
-                    index,
-                    i64::from(length),
-                );
-                self.leave_if(is_out);
-                index
-            }
-            Inst::Offset { offset, index, stride } => {
-                let index = self.value(index);
-                let scaled = if stride == 1 {
-                    index
-                } else {
-                    self.builder.ins().imul_imm_s(index, i64::from(stride))
-                };
-                match offset {
-                    Some(offset) => {
-                        let offset = self.value(offset);
-                        self.builder.ins().iadd(offset, scaled)
-                    }
-                    None => scaled,
-                }
-            }
-            Inst::Entry { table, index } => self.entry_of_table(table, index),
+            Inst::Checked { index, length } => self.checked(index, length),
+            Inst::Offset { offset, index, stride } => self.offset(offset, index, stride),
+            Inst::Entry { table, start, column } => self.entry_of_table(table, start, column),
             Inst::Abs(val) => self.abs(self.value(val)),
             Inst::Require(relation, [a, b]) => {
                 let (a, b) = (self.value(a), self.value(b));
@@ -466,15 +469,5 @@ impl Lowering<'_, '_> {
         let with = self.builder.ins().imul(mixed, factor);
         self.builder.def_var(variable, with);
         value
-    }
-
-    fn entry_of_table(&mut self, table: u32, index: Val) -> ir::Value {
-        let base =
-            self.builder.ins().iconst(self.pointer, self.around.tables[table as usize] as i64);
-        let index = self.value(index);
-        let bytes = self.builder.ins().ishl_imm_s(index, 3);
-        let address = self.builder.ins().iadd(base, bytes);
-        let ty = clif_type(self.around.shader.tables[table as usize].ty);
-        self.builder.ins().load(ty, MemFlagsData::trusted().with_readonly(), address, 0)
     }
 }

@@ -76,15 +76,15 @@ impl Shaders<'_> {
     pub fn report(&self) -> Vec<SurfaceReport> {
         let of = |(closure, slot): (&Arc<Closure>, &Slot)| {
             let span = self.program.bytecode.functions[closure.function as usize].span;
-            let evaluation = match slot.tier.get() {
-                None => Evaluation::Cold,
-                Some(Tier::Constant(_)) => Evaluation::Constant,
-                Some(Tier::Native(native, _)) => Evaluation::Native {
+            let evaluation = match (slot.native.get(), slot.tier.get()) {
+                (Some((native, _)), _) => Evaluation::Native {
                     n_bytes: native.code.n_bytes,
                     n_uniforms: native.n_uniforms(),
                     in_batches: slot.batch().is_some_and(|(batch, _)| batch.pays),
                 },
-                Some(Tier::Interpreted(unsupported)) => Evaluation::Declined(unsupported.clone()),
+                (None, Some(Tier::Interpreted(why))) => Evaluation::Declined(why.clone()),
+                (None, Some(Tier::Constant(_))) => Evaluation::Constant,
+                (None, Some(Tier::Native) | None) => Evaluation::Cold,
             };
             SurfaceReport { span, evaluation }
         };

@@ -60,8 +60,9 @@ const MIN_MEMORY: u64 = 64 << 20;
 
 /// How a surface function is evaluated.
 pub(crate) enum Tier {
+    /// By [`Slot::native`].
+    Native,
     Constant(SurfaceSample),
-    Native(Native, Needs),
     Interpreted(Unsupported),
 }
 
@@ -87,6 +88,9 @@ pub(crate) struct Slot {
     pub(crate) variant: OnceLock<Result<Bound, Unsupported>>,
     /// Set once nothing more is to be decided.
     pub(crate) tier: OnceLock<Tier>,
+    /// What [`Tier::Native`] has, and what of the point it needs: here, so that a call has one thing to
+    /// ask.
+    pub(crate) native: OnceLock<(Native, Needs)>,
     /// How it is evaluated with a signature; set after that.
     pub(crate) signed: OnceLock<Signed>,
 }
@@ -94,7 +98,7 @@ pub(crate) struct Slot {
 impl Slot {
     /// The surface's shader over many points, if there is one, and its native code answers at each.
     pub(crate) fn batch(&self) -> Option<(&Batch, &Bound)> {
-        let Some(Tier::Native(..)) = self.tier.get() else { return None };
+        self.native.get()?;
         let bound = self.variant.get()?.as_ref().ok()?;
         Some((bound.variant.batch.get()?.as_ref()?, bound))
     }
@@ -194,6 +198,7 @@ impl<'p> Shaders<'p> {
     pub fn worker(&self) -> NativeSurfaces<'_> {
         NativeSurfaces {
             shaders: self,
+            slots: &self.slots,
             interpreter: InterpSurfaces::new(self.program, self.surfaces, self.limits),
             lanes: Lanes::default(),
         }
@@ -258,12 +263,12 @@ impl<'p> Shaders<'p> {
         };
         let code = variant.code.get_or_init(compile).clone()?;
         let fuel = self.fuel(shader);
-        let native = Native::new(code, uniforms.clone(), fuel);
+        self.slots[index].native.get_or_init(|| (Native::new(code, uniforms, fuel), variant.needs));
         let batch = || self.generating.measure(|| batch::build(shader));
         if variant.batch.get_or_init(batch).as_ref().is_some_and(|batch| batch.pays) {
             self.has_batches.store(true, Ordering::Relaxed);
         }
-        Ok(Tier::Native(native, variant.needs))
+        Ok(Tier::Native)
     }
 
     /// Whether the interpreter may run into limits before a shader takes fuel.
@@ -271,6 +276,8 @@ impl<'p> Shaders<'p> {
         self.limits.fuel < shader.main.costs.fuel
             || self.limits.max_depth < shader.main.costs.depth
             || self.limits.max_memory < MIN_MEMORY
+            // Half is left to what the interpreter needs besides.
+            || self.limits.max_memory / 2 < shader.main.costs.memory
     }
 
     /// Tells the observer of code for a surface.
@@ -376,6 +383,8 @@ pub(crate) fn needs(shader: &Shader) -> Needs {
 /// Evaluates surfaces for one thread.
 pub struct NativeSurfaces<'s> {
     pub(crate) shaders: &'s Shaders<'s>,
+    /// Those of the shaders.
+    slots: &'s [Slot],
     pub(crate) interpreter: InterpSurfaces<'s>,
     lanes: Lanes,
 }
@@ -385,15 +394,14 @@ impl SurfaceEval for NativeSurfaces<'_> {
 
     #[inline(always)]
     fn eval(&mut self, surface: SurfaceId, at: &impl Locate) -> Result<SurfaceSample, Box<Error>> {
-        match self.shaders.slots[surface.0 as usize].tier.get() {
-            Some(Tier::Native(native, needs)) => {
-                let SurfacePoint { face, u, v } = at.locate(*needs);
-                if let Some(sample) = native.call(face, u, v) {
-                    return Ok(sample);
-                }
+        let slot = &self.slots[surface.0 as usize];
+        if let Some((native, needs)) = slot.native.get() {
+            let SurfacePoint { face, u, v } = at.locate(*needs);
+            if let Some(sample) = native.call(face, u, v) {
+                return Ok(sample);
             }
-            Some(Tier::Constant(sample)) => return Ok(in_registers(sample)),
-            Some(Tier::Interpreted(_)) | None => {}
+        } else if let Some(Tier::Constant(sample)) = slot.tier.get() {
+            return Ok(in_registers(sample));
         }
         // A copy is handed on, so that the place itself may stay in registers.
         let at = at.locate(Needs::ALL);

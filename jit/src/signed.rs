@@ -46,7 +46,7 @@ impl Shaders<'_> {
                 None => Signed::Interpreted,
                 Some(SignedVersion { code: None, .. }) => Signed::Constant(found.0, found.1),
                 Some(SignedVersion { code: Some(code), needs, fuel }) => {
-                    Signed::Native(Native::new(code.clone(), uniforms.clone(), *fuel), *needs)
+                    Signed::Native(Native::new(code.clone(), uniforms, *fuel), *needs)
                 }
             }
         })

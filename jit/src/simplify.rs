@@ -135,7 +135,7 @@ fn count_freely(body: &mut Body, flow: &Flow) {
             && counters[counter.0 as usize]
             && flow.int(by).is_some_and(|step| step.unsigned_abs() <= MAX_START)
         {
-            *inst = Inst::Offset { offset: Some(counter), index: by, stride: 1 };
+            *inst = Inst::Offset { offset: counter, index: by, stride: 1 };
         }
     }
 }

@@ -51,14 +51,15 @@ pub(crate) enum Inst {
     },
     /// `offset + index * stride`, without overflow by construction.
     Offset {
-        offset: Option<Val>,
+        offset: Val,
         index: Val,
         stride: u32,
     },
-    /// An entry of a constant table, at an index in range.
+    /// An entry of a constant table: `column` numbers behind the one at an index in range.
     Entry {
         table: u32,
-        index: Val,
+        start: Val,
+        column: u32,
     },
     /// The size of a real.
     Abs(Val),
@@ -125,11 +126,24 @@ pub(crate) struct BlockData {
     pub(crate) is_loop: bool,
 }
 
-/// Numbers that a shader looks up by index, as their bits.
+/// Numbers of one type, or points, that a shader looks up by index.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Table {
     pub(crate) ty: Type,
-    pub(crate) entries: Vec<u64>,
+    /// Whether it holds points: those take a row each, numbers one place of a row.
+    pub(crate) holds_points: bool,
+    /// Bits of the numbers; what is left of the last row are zeros.
+    pub(crate) rows: Vec<[u64; ROW_LEN]>,
+}
+
+/// Numbers of a row. The fourth of a point is not used: so a row is a power of two of bytes, which indices
+/// are multiplied by in no time.
+pub(crate) const ROW_LEN: usize = 4;
+
+impl Table {
+    pub(crate) fn entries(&self) -> &[u64] {
+        self.rows.as_flattened()
+    }
 }
 
 /// A specialized surface function.
@@ -263,8 +277,9 @@ impl Inst {
             Inst::Real(_) | Inst::Int(_) | Inst::Bool(_) => [None, None],
             Inst::IntOfBool(a) | Inst::Abs(a) | Inst::Decided(a) => [Some(a), None],
             Inst::Scalar(_, [a, b]) | Inst::Require(_, [a, b]) => [Some(a), Some(b)],
-            Inst::Checked { index, .. } | Inst::Entry { index, .. } => [Some(index), None],
-            Inst::Offset { offset, index, .. } => [offset, Some(index)],
+            Inst::Checked { index, .. } => [Some(index), None],
+            Inst::Entry { start, .. } => [Some(start), None],
+            Inst::Offset { offset, index, .. } => [Some(offset), Some(index)],
         }
     }
 

@@ -77,11 +77,10 @@ impl std::fmt::Debug for KnownArray {
 /// What is left of an array of arrays of numbers after some indices.
 #[derive(Clone, Debug)]
 pub(crate) struct TableView {
-    /// Tables of the entries: one, or three for points.
-    pub(crate) tables: Rc<[u32]>,
+    pub(crate) table: u32,
     /// Lengths of the arrays still to be indexed, the outermost first.
     pub(crate) lengths: Rc<[u32]>,
-    /// Index of the first entry in view.
+    /// Index of the first entry of the table in view.
     pub(crate) offset: Val,
 }
 
@@ -219,7 +218,7 @@ impl Sym {
                 a.is_identical(b) || all_same(a.len(), b.len(), same_part)
             }
             (Sym::Table(a), Sym::Table(b)) => {
-                a.tables == b.tables && a.lengths == b.lengths && a.offset == b.offset
+                a.table == b.table && a.lengths == b.lengths && a.offset == b.offset
             }
             (Sym::Choice(a, x), Sym::Choice(b, y)) => {
                 let same_part = |i: usize| x[i].is_same_within(&y[i], left);

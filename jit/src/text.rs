@@ -43,12 +43,10 @@ pub(crate) struct Names(HashMap<u64, String>);
 
 impl Names {
     /// Names for the functions that shaders call, and for a shader's tables.
-    pub(crate) fn new(tables: &[*const u64]) -> Self {
-        let tables = tables.iter().enumerate();
-        let tables = tables.map(|(idx, address)| (*address as u64, format!("table{idx}")));
+    pub(crate) fn new(tables: *const u64) -> Self {
         let functions = runtime::functions()
             .map(|(op, function)| (function as usize as u64, op.spelling().to_owned()));
-        Names(tables.chain(functions).collect())
+        Names(functions.chain([(tables as u64, "tables".to_owned())]).collect())
     }
 
     pub(crate) fn get(&self, address: u64) -> Option<&str> {

@@ -170,22 +170,21 @@ impl Building<'_> {
             Inst::Int(int) => return Some(Operand::Same(int as u64)),
             Inst::Bool(is) => return Some(Operand::Same(if is { !0 } else { 0 })),
             Inst::IntOfBool(val) => (Action::IntOfBool, [self.value(val), none]),
-            Inst::Abs(val) => (Action::Abs, [self.value(val), none]),
             Inst::Scalar(op, operands) => (Action::Scalar(op), operands.map(|val| self.value(val))),
             Inst::Checked { index, length } => (Action::Checked(length), [self.value(index), none]),
             Inst::Offset { offset, index, stride } => {
-                let offset = offset.map_or(none, |offset| self.value(offset));
-                (Action::Offset(stride), [self.value(index), offset])
+                (Action::Offset(stride), [self.value(index), self.value(offset)])
             }
-            Inst::Entry { table, index } => {
-                let entry = self.step(Action::Entry(table), [self.value(index), none], mask);
+            Inst::Entry { table, start, column } => {
+                let action = Action::Entry { table, column };
+                let entry = self.step(action, [self.value(start), none], mask);
                 if self.shader.tables[table as usize].ty != Type::Bool {
                     return Some(entry);
                 }
                 // Tables have 1 for true.
                 (Action::Scalar(Operator::EqI), [entry, Operand::Same(1)])
             }
-            Inst::Require(..) | Inst::Decided(_) => return None,
+            Inst::Abs(_) | Inst::Require(..) | Inst::Decided(_) => return None,
         };
         Some(self.step(action, operands, mask))
     }
@@ -270,7 +269,8 @@ impl Step {
         use Operator::{Acos, Asin, DivI, Floor, ModI, MulI, RealOf};
         matches!(
             self.action,
-            Action::Scalar(Asin | Acos | DivI | Floor | ModI | MulI | RealOf) | Action::Entry(_)
+            Action::Scalar(Asin | Acos | DivI | Floor | ModI | MulI | RealOf)
+                | Action::Entry { .. }
         )
     }
 

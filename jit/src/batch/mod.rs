@@ -75,13 +75,15 @@ enum Action {
     AndNot,
     Or,
     IntOfBool,
-    Abs,
     /// The first; there is no answer where it is negative or not below the length.
     Checked(u32),
     /// `b + a * stride`.
     Offset(u32),
-    /// Of this table, by the first.
-    Entry(u32),
+    /// Of this table, in the row that starts at the first.
+    Entry {
+        table: u32,
+        column: u32,
+    },
     /// There is no answer.
     Leave,
     /// Passes over so many steps if the mask holds nowhere.

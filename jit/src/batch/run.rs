@@ -101,17 +101,16 @@ impl Running<'_> {
             Action::AndNot => self.each(step, |a, b| a & !b),
             Action::Or => self.each(step, |a, b| a | b),
             Action::IntOfBool => self.each_one(step, |a| a & 1),
-            Action::Abs => self.each_one(step, |a| f64::from_bits(a).abs().to_bits()),
             // Unsigned, negative indices are the largest.
             Action::Checked(length) => self.try_each(step, |a, _| (a, a < u64::from(length))),
             Action::Offset(stride) => {
                 self.each(step, |a, b| a.wrapping_mul(u64::from(stride)).wrapping_add(b));
             }
-            Action::Entry(table) => {
+            Action::Entry { table, column } => {
                 let tables = self.tables;
-                let entries = &tables[table as usize].entries;
+                let column = tables[table as usize].entries().get(column as usize..).unwrap_or(&[]);
                 // Where the mask does not hold, the index may be any.
-                let entry = |index: u64| entries.get(usize::try_from(index).unwrap_or(usize::MAX));
+                let entry = |start: u64| column.get(usize::try_from(start).unwrap_or(usize::MAX));
                 self.each_one(step, |a| entry(a).copied().unwrap_or_default());
             }
             Action::Leave => self.leave(step.mask),

@@ -201,10 +201,11 @@ impl<'b> Bounding<'b> {
             Inst::IntOfBool(a) => Inst::IntOfBool(self.centre(a)),
             Inst::Checked { index, length } => Inst::Checked { index: self.centre(index), length },
             Inst::Offset { offset, index, stride } => {
-                let offset = offset.map(|offset| self.centre(offset));
-                Inst::Offset { offset, index: self.centre(index), stride }
+                Inst::Offset { offset: self.centre(offset), index: self.centre(index), stride }
             }
-            Inst::Entry { table, index } => Inst::Entry { table, index: self.centre(index) },
+            Inst::Entry { table, start, column } => {
+                Inst::Entry { table, start: self.centre(start), column }
+            }
             Inst::Real(_) | Inst::Int(_) | Inst::Bool(_) => *inst,
             Inst::Abs(_) | Inst::Require(..) | Inst::Decided(_) => {
                 unreachable!("plain shaders have none")

@@ -10,6 +10,16 @@ use crate::runtime;
 
 /// The sign bit of a real.
 const SIGN: u64 = 1 << 63;
+const N_SIGN_AND_EXPONENT_BITS: u32 = 12;
+
+/// 1 over a power of two, where that is exact and a normal number: what is divided by the one is what
+/// is multiplied by the other.
+fn exact_inverse(divisor: Ieee64) -> Option<Ieee64> {
+    let divisor = f64::from_bits(divisor.bits());
+    let inverse = 1.0 / divisor;
+    let is_power = divisor.is_normal() && divisor.to_bits() << N_SIGN_AND_EXPONENT_BITS == 0;
+    (is_power && inverse.is_normal()).then(|| Ieee64::with_float(inverse))
+}
 
 impl Lowering<'_, '_> {
     pub(super) fn scalar(&mut self, op: Operator, a: ir::Value, b: ir::Value) -> ir::Value {
@@ -25,14 +35,17 @@ impl Lowering<'_, '_> {
                 let a = self.in_register(a);
                 self.builder.ins().fsub(a, b)
             }
-            Operator::MulF => {
-                let [a, b] = self.constant_last([a, b]);
-                self.builder.ins().fmul(a, b)
-            }
-            Operator::DivF => {
-                let a = self.in_register(a);
-                self.builder.ins().fdiv(a, b)
-            }
+            Operator::MulF => self.multiply_reals(a, b),
+            Operator::DivF => match self.constant(b).and_then(exact_inverse) {
+                Some(inverse) => {
+                    let inverse = self.builder.ins().f64const(inverse);
+                    self.multiply_reals(a, inverse)
+                }
+                None => {
+                    let a = self.in_register(a);
+                    self.builder.ins().fdiv(a, b)
+                }
+            },
             Operator::NegF => self.builder.ins().fneg(a),
             Operator::EqF => {
                 let [a, b] = self.constant_last([a, b]);
@@ -64,6 +77,16 @@ impl Lowering<'_, '_> {
             }
             Operator::DivI | Operator::ModI => self.divide(op, a, b),
             _ => unreachable!("the specializer performs {op:?} itself"),
+        }
+    }
+
+    /// A sum takes less time than a product, and twice a number is both.
+    fn multiply_reals(&mut self, a: ir::Value, b: ir::Value) -> ir::Value {
+        let [a, b] = self.constant_last([a, b]);
+        if self.constant(b) == Some(Ieee64::with_float(2.0)) {
+            self.builder.ins().fadd(a, a)
+        } else {
+            self.builder.ins().fmul(a, b)
         }
     }
 

@@ -1,13 +1,11 @@
 //! `get` and `length`: indices that are known, and those that are not.
 
-use std::rc::Rc;
-
-use crate::sir::{Inst, Table, Type, Val};
+use crate::sir::{Inst, ROW_LEN, Table, Type, Val};
 use crate::specialize::join::MAX_ALTERNATIVES;
 use crate::specialize::{Run, STEP_VALUES, Specializer, State, Stop};
 use crate::sym::{Elements, Num, Sym, TableView};
 
-/// A table has at most so many entries.
+/// The tables of a shader have at most so many entries.
 const MAX_TABLE: usize = 1 << 20;
 
 impl Specializer<'_> {
@@ -84,27 +82,23 @@ impl Specializer<'_> {
     fn index_view(&mut self, view: &TableView, index: Val) -> Sym {
         let (length, inner) = view.lengths.split_first().expect("a view has an index to come");
         let index = self.emit(Type::Int, Inst::Checked { index, length: *length });
-        let stride = inner.iter().product();
-        let offset =
-            self.emit(Type::Int, Inst::Offset { offset: Some(view.offset), index, stride });
+        let Table { ty, holds_points, .. } = self.tables[view.table as usize];
+        let n_inner: u32 = inner.iter().product();
+        let stride = if holds_points { n_inner * ROW_LEN as u32 } else { n_inner };
+        let start = self.emit(Type::Int, Inst::Offset { offset: view.offset, index, stride });
         if !inner.is_empty() {
             return Sym::Table(TableView {
-                tables: view.tables.clone(),
+                table: view.table,
                 lengths: inner.into(),
-                offset,
+                offset: start,
             });
         }
-        let ty = self.tables[view.tables[0] as usize].ty;
-        let entries: Vec<Val> = view
-            .tables
-            .iter()
-            .map(|&table| self.emit(ty, Inst::Entry { table, index: offset }))
-            .collect();
-        match (ty, &entries[..]) {
-            (_, [x, y, z]) => Sym::Point([*x, *y, *z].map(Num::Ssa)),
-            (Type::Real, _) => Sym::Real(Num::Ssa(entries[0])),
-            (Type::Int, _) => Sym::Int(Num::Ssa(entries[0])),
-            (Type::Bool, _) => Sym::Bool(Num::Ssa(entries[0])),
+        let mut entry = |column| self.emit(ty, Inst::Entry { table: view.table, start, column });
+        match ty {
+            Type::Real if holds_points => Sym::Point([0, 1, 2].map(|c| Num::Ssa(entry(c)))),
+            Type::Real => Sym::Real(Num::Ssa(entry(0))),
+            Type::Int => Sym::Int(Num::Ssa(entry(0))),
+            Type::Bool => Sym::Bool(Num::Ssa(entry(0))),
         }
     }
 
@@ -122,14 +116,13 @@ impl Specializer<'_> {
             return Ok(Some(TableView { offset, ..view.clone() }));
         }
         let Some((lengths, leaves)) = self.flattened(elements)? else { return Ok(None) };
-        let Some(columns) = columns(&leaves) else { return Ok(None) };
-        let n_entries: usize = self.tables.iter().map(|table| table.entries.len()).sum();
-        if n_entries + leaves.len() > MAX_TABLE {
+        let Some(table) = table(&leaves) else { return Ok(None) };
+        let n_entries: usize = self.tables.iter().map(|table| table.entries().len()).sum();
+        if n_entries + table.entries().len() > MAX_TABLE {
             return self.decline("its tables are too large");
         }
-        let tables: Rc<[u32]> =
-            columns.into_iter().map(|column| self.table_number(column)).collect();
-        let view = TableView { tables, lengths: lengths.into(), offset };
+        let table = self.table_number(table);
+        let view = TableView { table, lengths: lengths.into(), offset };
         if let Some(address) = address {
             self.views.insert(address, view.clone());
         }
@@ -188,43 +181,33 @@ impl Specializer<'_> {
     }
 }
 
-/// Constant numbers as a table, or points as three.
-fn columns(leaves: &[Sym]) -> Option<Vec<Table>> {
-    let column = |ty: Type, bits: &dyn Fn(&Sym) -> Option<u64>| {
-        let entries: Option<Vec<u64>> = leaves.iter().map(bits).collect();
-        entries.map(|entries| Table { ty, entries })
+/// Constant numbers of one type, or points, as a table.
+fn table(leaves: &[Sym]) -> Option<Table> {
+    let (ty, holds_points) = match leaves.first()? {
+        Sym::Real(_) => (Type::Real, false),
+        Sym::Int(_) => (Type::Int, false),
+        Sym::Bool(_) => (Type::Bool, false),
+        Sym::Point(_) => (Type::Real, true),
+        _ => return None,
     };
-    let component = |index: usize| {
-        column(Type::Real, &|sym| match sym {
-            Sym::Point(point) => {
-                if let Num::Const(c) = point[index] {
-                    Some(c.to_bits())
-                } else {
-                    None
-                }
-            }
-            _ => None,
-        })
-    };
-    match leaves.first()? {
-        Sym::Real(_) => {
-            let bits = |sym: &Sym| {
-                if let Sym::Real(Num::Const(x)) = sym { Some(x.to_bits()) } else { None }
-            };
-            Some(vec![column(Type::Real, &bits)?])
-        }
-        Sym::Int(_) => {
-            let bits =
-                |sym: &Sym| if let Sym::Int(Num::Const(x)) = sym { Some(*x as u64) } else { None };
-            Some(vec![column(Type::Int, &bits)?])
-        }
-        Sym::Bool(_) => {
-            let bits = |sym: &Sym| {
-                if let Sym::Bool(Num::Const(x)) = sym { Some(u64::from(*x)) } else { None }
-            };
-            Some(vec![column(Type::Bool, &bits)?])
-        }
-        Sym::Point(_) => Some(vec![component(0)?, component(1)?, component(2)?]),
+    let number = |leaf: &Sym| match (leaf, ty) {
+        (Sym::Real(Num::Const(x)), Type::Real) => Some(x.to_bits()),
+        (Sym::Int(Num::Const(x)), Type::Int) => Some(*x as u64),
+        (Sym::Bool(Num::Const(x)), Type::Bool) => Some(u64::from(*x)),
         _ => None,
-    }
+    };
+    let point = |leaf: &Sym| match leaf {
+        Sym::Point([Num::Const(x), Num::Const(y), Num::Const(z)]) => {
+            Some([x.to_bits(), y.to_bits(), z.to_bits(), 0])
+        }
+        _ => None,
+    };
+    let rows = if holds_points {
+        leaves.iter().map(point).collect::<Option<_>>()?
+    } else {
+        let mut numbers: Vec<u64> = leaves.iter().map(number).collect::<Option<_>>()?;
+        numbers.resize(numbers.len().next_multiple_of(ROW_LEN), 0);
+        numbers.as_chunks().0.to_vec()
+    };
+    Some(Table { ty, holds_points, rows })
 }

@@ -265,7 +265,7 @@ impl Specializer<'_> {
     fn shifted(&mut self, meeting: &Meeting, way: usize, tag: Val, base: i64) -> Val {
         self.work.block = meeting.ways[way];
         let base = self.int(Num::Const(base));
-        self.emit(Type::Int, Inst::Offset { offset: Some(tag), index: base, stride: 1 })
+        self.emit(Type::Int, Inst::Offset { offset: tag, index: base, stride: 1 })
     }
 
     pub(super) fn materialize(&mut self, scalar: Scalar) -> Val {

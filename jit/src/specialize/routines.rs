@@ -8,7 +8,7 @@
 
 use std::collections::HashMap;
 
-use crate::sir::{Body, Routine, Term, Val};
+use crate::sir::{Body, Routine, Term, Type, Val};
 use crate::specialize::join::{Scalar, sym_of};
 use crate::specialize::shape::{Constants, MAX_PARTS, Part, Walk, taken_apart};
 use crate::specialize::{Abort, MAX_RESTARTS, Run, STEP_VALUES, Specializer, State, Stop, Work};
@@ -18,8 +18,11 @@ const MAX_ROUTINES: usize = 32;
 /// So many routines of one function may be in the making at once, one called by the other.
 const MAX_VARIANTS: usize = 3;
 const MAX_ARGUMENTS: usize = 32;
-/// A routine has at most so many parameters, and results.
+/// A routine has at most so many parameters.
 const MAX_SCALARS: usize = 64;
+/// And so many results, for which there are registers: eight of each kind, but fuel and signature take two.
+const MAX_REALS: usize = 8;
+const MAX_OTHERS: usize = 6;
 
 /// What is known of a routine.
 pub(super) struct Record {
@@ -227,7 +230,9 @@ impl Specializer<'_> {
             return Ok(Results::Never);
         };
         let (parts, scalars) = results_apart(&state.stack);
-        if parts.len() > MAX_PARTS || scalars.len() > MAX_SCALARS {
+        let n_reals = scalars.iter().filter(|scalar| scalar.ty() == Type::Real).count();
+        let n_others = scalars.len() - n_reals;
+        if parts.len() > MAX_PARTS || n_reals > MAX_REALS || n_others > MAX_OTHERS {
             return self.decline("its recursion leaves too many values");
         }
         let vals = scalars.into_iter().map(|scalar| self.materialize(scalar)).collect();

@@ -20,7 +20,7 @@ pub(super) enum Part {
     Array(usize),
     /// What exists outside the shader, by address.
     Known(usize),
-    Table(Vec<u32>, Vec<u32>),
+    Table(u32, Vec<u32>),
     Choice(usize),
     Opaque(GmlType, usize),
     Dead,
@@ -105,7 +105,7 @@ impl Walk<'_> {
                 Sym::Array(Elements::Parts(elements))
             }
             Sym::Table(view) => {
-                self.parts.push(Part::Table(view.tables.to_vec(), view.lengths.to_vec()));
+                self.parts.push(Part::Table(view.table, view.lengths.to_vec()));
                 match (self.replace)(Scalar::Int(Num::Ssa(view.offset))) {
                     Sym::Int(Num::Ssa(offset)) => Sym::Table(TableView { offset, ..view.clone() }),
                     _ => Sym::Dead,
