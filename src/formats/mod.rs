@@ -36,7 +36,7 @@ pub(crate) struct Raster {
     pub(crate) pixels: Vec<[f32; 3]>,
 }
 
-/// An image may have so many pixels to be read; 12 GiB of memory are enough for anybody.
+/// An image may have so many pixels to be read, which take 12 GiB of memory, beside its file.
 const MAX_PIXELS: u64 = 1 << 30;
 
 /// No image of so many pixels needs a larger file; of a file without end, no more is read.
