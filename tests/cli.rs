@@ -291,6 +291,15 @@ fn a_plan_is_explained_and_can_be_switched_off() {
     assert!(omissions.count() >= 3, "{}", explained.stderr);
     let both = sandbox.run(&["a.gml", "--explain", "--plan", "off"]);
     assert!(both.code == 2, "{}", both.stderr);
+    // Of parts, what was traced before takes no time.
+    let parts = sandbox.run(&["a.gml", "--explain", "--parts", "p"]);
+    assert!(parts.code == 2 && !sandbox.path("p").exists(), "{}", parts.stderr);
+    // A pixel that is NaN is what it is.
+    sandbox
+        .file("nan.gml", ball("a.pfm").replace("1.0 1.0 1.0 point", "0.0 0.0 divf /x x x x point"));
+    let nan = sandbox.run(&["nan.gml", "--explain"]);
+    assert_eq!(nan.code, 0, "{}", nan.stderr);
+    assert!(sandbox.read("a.pfm").windows(4).any(|bytes| bytes == f32::NAN.to_le_bytes()));
 }
 
 #[test]
