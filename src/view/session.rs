@@ -113,8 +113,7 @@ impl Session {
     /// # Errors
     /// When this program cannot be found.
     pub(super) fn new(args: &ViewArgs, line: &[OsString]) -> io::Result<Self> {
-        let with_name = std::iter::once(OsString::new()).chain(line.iter().cloned()).collect();
-        let line = of_worker(with_name).into_iter().skip(1).collect();
+        let line = of_worker(line.to_owned());
         let state = State {
             number: 0,
             events: Vec::new(),
