@@ -394,6 +394,22 @@ fn small_stacks_suffice() {
     }
 }
 
+/// A system that has no room for a thread is no bug.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_thread_that_cannot_be_started_is_told_of() {
+    let sandbox = Sandbox::new();
+    sandbox.file("e.gml", "1 2 addi");
+    // Room for the program, but not for a stack of 64 MiB besides.
+    let script = format!("ulimit -v 60000; exec {} eval e.gml", env!("CARGO_BIN_EXE_gmlvm"));
+    let mut shell = std::process::Command::new("sh");
+    let output = shell.args(["-c", &script]).current_dir(sandbox.path(".")).output();
+    let output = output.expect("sh runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("cannot start a thread"), "{stderr}");
+    assert_eq!(output.status.code(), Some(4), "{stderr}");
+}
+
 #[test]
 fn help_is_whole() {
     let sandbox = Sandbox::new();
