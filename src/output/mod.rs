@@ -42,6 +42,8 @@ impl Problem {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Existing {
     Replace,
+    /// As [`Existing::Replace`], and the new file has its permissions.
+    Succeed,
     /// It stays, and writing fails.
     Keep,
 }
