@@ -205,6 +205,11 @@ pub(crate) struct Inputs {
 }
 
 /// What the command line changes in a picture.
+impl Inputs {
+    /// The words that a program may have with `--untrusted`.
+    pub(crate) const STRICT_WORDS: usize = 262_144;
+}
+
 #[derive(Clone, Copy, Debug, clap::Args)]
 #[command(next_help_heading = "Picture")]
 pub(crate) struct PictureArgs {
