@@ -156,7 +156,7 @@ fn merging_names_and_formats() {
     assert!(ended.stderr.contains(message), "{}", ended.stderr);
     assert_eq!(sandbox.read("2-b"), b"P6 precious");
     ok(&sandbox.run(&["merge", "p", "--output", "{n}+{name}", "--no-clobber"]));
-    ok(&sandbox.run(&["merge", "p", "--output", "{n}-{name}"]));
+    ok(&sandbox.run(&["merge", "p", "--output", "{n}-{name}", "--no-clobber", "--clobber"]));
     assert_eq!(sandbox.read("2-b"), sandbox.read("2+b"));
     // Nor does one image take the place of another.
     let ended = sandbox.run(&["merge", "p", "--output", "joined"]);
