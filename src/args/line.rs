@@ -140,6 +140,24 @@ mod tests {
         assert_eq!(names, COMMANDS[..14]);
     }
 
+    /// In texts of help clap takes `{n}` for the end of a line.
+    #[test]
+    fn help_has_no_placeholder_that_ends_a_line() {
+        for command in Args::command().get_subcommands() {
+            for argument in command.get_arguments() {
+                for text in [argument.get_help(), argument.get_long_help()].into_iter().flatten() {
+                    let text = text.to_string();
+                    assert!(
+                        !text.contains("{n}"),
+                        "{} {}: {text}",
+                        command.get_name(),
+                        argument.get_id()
+                    );
+                }
+            }
+        }
+    }
+
     #[test]
     fn a_scene_in_place_of_a_command_is_run() {
         let expand = |line: &str| {
