@@ -8,7 +8,7 @@
 # repository, and with parts that gmlvm makes of a scene. GMLVM_FUZZ_SANITIZER is `none` for three times as many executions, or `address`. Ends
 # with 1 if a target has found something; its file in fuzz/artifacts is input for
 # `cargo +nightly fuzz run TARGET FILE`. When the bug is mended, the file goes to fuzz/finds/TARGET, where
-# tests/fuzzed.rs tries it again for ever.
+# tests/fuzzed.rs, tests/differential.rs (engines) or src/fuzzed.rs (parts, paths) tries it again for ever.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

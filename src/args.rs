@@ -77,7 +77,8 @@ Exit codes:
   4   a limit was reached
   5   refused: a file name outside the output directory
   70  a bug in gmlvm
-  130, 143, 129  ended by SIGINT, SIGTERM, SIGHUP";
+  130, 143, 129  ended by SIGINT, SIGTERM, SIGHUP
+  141 whoever read the standard output has closed it";
 
 /// What all commands have in common.
 #[derive(Clone, Debug, clap::Args)]
@@ -188,7 +189,7 @@ pub(crate) struct Inputs {
     ///
     /// Limits that are not given become: --max-words 262144, --fuel 1000000000, --max-depth 10000, --max-memory 512M,
     /// --max-pixels 16777216, --max-total-pixels 67108864, --max-images 16, --max-reflections 1000 and
-    /// --timeout 60s; and `run` gets --no-clobber. Included files must lie in the scene's own directory, or one of `-I`, and are not reached through links;
+    /// --timeout 60s, each where the command has that option; and `run` gets --no-clobber. Included files must lie in the scene's own directory, or one of `-I`, and are not reached through links;
     /// a scene from the standard input has no directory. On Linux the kernel is asked to refuse `run`
     /// all writing but where its outputs go, and all connections (Landlock).
     #[arg(long, help_heading = "Limits")]
@@ -202,6 +203,11 @@ pub(crate) struct Inputs {
         help_heading = "Limits"
     )]
     pub(crate) max_words: usize,
+}
+
+impl Inputs {
+    /// The words that a program may have with `--untrusted`.
+    pub(crate) const STRICT_WORDS: usize = 262_144;
 }
 
 /// What the command line changes in a picture.
@@ -259,7 +265,7 @@ pub(crate) struct RunArgs {
     ///
     /// {name} stands for the scene's name for the image, without directory and extension; n in the
     /// same braces for the number of the image in this run, from 1. A relative NAME is below the
-    /// output directory.
+    /// output directory. It is an error if two images would go to one file.
     #[arg(long, value_name = "NAME", help_heading = "Output")]
     pub(crate) output: Option<PathBuf>,
     #[command(flatten)]
@@ -273,7 +279,7 @@ pub(crate) struct RunArgs {
     pub(crate) frames: Option<Frames>,
     /// File format; without it the name's extension decides, and PPM is the default
     ///
-    /// With this option an extension that the scene gives is replaced.
+    /// With this option the extension of another format that the scene gives is replaced.
     #[arg(long, value_name = "FORMAT", help_heading = "Output")]
     pub(crate) format: Option<ImageFormat>,
     /// Write times and counts as JSON; - is the standard output
@@ -284,7 +290,7 @@ pub(crate) struct RunArgs {
     /// Black is certain by bounds in doubles, grey in twice their digits. What hangs on the rules for
     /// ties has the colour of what is undecided first: red for which boundary a ray meets, yellow for
     /// whether light arrives, blue for what the surface function does, white for the colour as bytes.
-    /// {name} and {n} in FILE stand for what they do with `--output`.
+    /// FILE can have the placeholders that the NAME of `--output` can.
     #[arg(long, value_name = "FILE", help_heading = "Output")]
     pub(crate) mark_uncertain: Option<PathBuf>,
 
@@ -345,7 +351,7 @@ const RUN_EXAMPLES: &str = "\
 Examples:
   gmlvm scene.gml                     write the images under the scene's own names
   gmlvm run scene.gml -o out          the same, below out/
-  gmlvm scene.gml --format png        as PNG files, whatever extension the scene gives
+  gmlvm scene.gml --format png        as PNG files, also where the scene says .ppm
   gmlvm scene.gml --size 80x60        a quick draft
   gmlvm scene.gml --output '{name}-draft.png'
   gmlvm scene.gml --output - >a.ppm   to the standard output
@@ -364,7 +370,7 @@ pub(crate) enum ImageFormat {
     Ppm,
     /// PNG, a byte per channel
     Png,
-    /// PFM: linear light as 32-bit floating point numbers, not clamped
+    /// PFM: linear light as 32-bit floating point numbers, not clamped, with one zero and one NaN
     Pfm,
 }
 

@@ -14,9 +14,14 @@ static FIRST_PANIC: Mutex<Option<String>> = Mutex::new(None);
 /// the source text is limited to what fits in many times.
 const STACK_BYTES: usize = 64 << 20;
 
-/// Runs `work` on a thread of its own; if it panics, on whatever thread, returns what to tell the
-/// user.
-pub(crate) fn guarded<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, String> {
+/// Runs `work` on a thread of its own.
+///
+/// # Errors
+/// What it fails with; that it has panicked, on whatever thread; or that the system has no room for
+/// the thread.
+pub(crate) fn guarded<T: Send>(
+    work: impl FnOnce() -> Result<T, Failure> + Send,
+) -> Result<T, Failure> {
     set_hook(Box::new(|panic| {
         if let Ok(mut first) = FIRST_PANIC.lock() {
             first.get_or_insert_with(|| panic.to_string());
@@ -26,10 +31,12 @@ pub(crate) fn guarded<T: Send>(work: impl FnOnce() -> T + Send) -> Result<T, Str
         let thread = std::thread::Builder::new()
             .stack_size(STACK_BYTES)
             .spawn_scoped(scope, work)
-            .map_err(|error| format!("cannot start a thread: {}", console::reason(&error)))?;
-        thread.join().map_err(|_| {
+            .map_err(|error| {
+                Failure::Limit(format!("cannot start a thread: {}", console::reason(&error)))
+            })?;
+        thread.join().unwrap_or_else(|_| {
             let panic = FIRST_PANIC.lock().ok().and_then(|mut first| first.take());
-            apology(&panic.unwrap_or_default())
+            Err(Failure::Bug(apology(&panic.unwrap_or_default())))
         })
     })
 }
@@ -81,8 +88,11 @@ mod tests {
 
     #[test]
     fn a_panic_becomes_an_apology() {
-        let crash = guarded(|| -> () { panic!("a\ntest") }).expect_err("it panicked");
+        let ended = guarded(|| -> Result<(), Failure> { panic!("a\ntest") });
         let _ = std::panic::take_hook();
+        let failure = ended.expect_err("it panicked");
+        assert_eq!(failure.exit_code(), 70);
+        let crash = failure.message().expect("an apology");
         assert!(crash.starts_with("this is a bug in gmlvm"), "{crash}");
         assert!(crash.contains(env!("CARGO_PKG_VERSION")) && crash.contains("test"), "{crash}");
         assert!(crash.contains("src/crash.rs"), "{crash}");

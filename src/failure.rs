@@ -6,8 +6,7 @@ use compiler::diagnostic::Class;
 
 use crate::console;
 
-/// A panic was caught: gmlvm itself is wrong.
-pub(crate) const EXIT_BUG: u8 = 70;
+const EXIT_BUG: u8 = 70;
 
 /// The reader of the standard output went away; shells show the same for a death by SIGPIPE.
 const EXIT_CLOSED_PIPE: u8 = 141;
@@ -21,6 +20,8 @@ pub(crate) enum Failure {
     Usage(String),
     /// Two engines gave different results.
     Unequal(String),
+    /// gmlvm itself is wrong: a panic was caught.
+    Bug(String),
     /// A limit is reached, and not by a program.
     Limit(String),
     /// Something other than an image could not be written.
@@ -38,6 +39,7 @@ impl Failure {
             Failure::Usage(_) => class_exit_code(Class::Usage),
             Failure::Limit(_) => class_exit_code(Class::Limit),
             Failure::Output(_) => class_exit_code(Class::Output),
+            Failure::Bug(_) => EXIT_BUG,
             Failure::ClosedPipe => EXIT_CLOSED_PIPE,
         }
     }
@@ -47,6 +49,7 @@ impl Failure {
         match self {
             Failure::Usage(message)
             | Failure::Unequal(message)
+            | Failure::Bug(message)
             | Failure::Limit(message)
             | Failure::Output(message) => Some(message),
             Failure::Shown(_) | Failure::ClosedPipe => None,

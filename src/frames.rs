@@ -69,14 +69,17 @@ pub(crate) fn check(args: &RunArgs) -> Result<(), Failure> {
     }
     let outputs = [("--output", &args.output), ("--mark-uncertain", &args.mark_uncertain)];
     for (option, name) in outputs {
-        let is_one = |name: &&std::path::PathBuf| {
-            let text = name.to_string_lossy();
-            !text.contains("{frame}") && !text.contains("{n}")
-        };
-        if name.as_ref().filter(is_one).is_some() {
-            let message = format!("all frames would go to one file; use {{frame}} in `{option}`");
-            return Err(Failure::Usage(message));
+        let Some(text) = name.as_ref().map(|name| name.to_string_lossy()) else { continue };
+        if text.contains("{frame}") {
+            continue;
         }
+        let why = match args.parts.shard {
+            None if text.contains("{n}") => continue,
+            None => "all frames would go to one file",
+            // {n} counts the images of one process.
+            Some(_) => "frames of several shards would go to one file",
+        };
+        return Err(Failure::Usage(format!("{why}; use {{frame}} in `{option}`")));
     }
     Ok(())
 }

@@ -4,6 +4,10 @@
 pub use part::any_part;
 pub use path::Worlds;
 
+#[cfg(test)]
+#[allow(dead_code, reason = "it serves several test programs")]
+#[path = "../tests/support/finds.rs"]
+mod finds;
 mod part;
 mod path;
 
@@ -16,8 +20,10 @@ fn take(bytes: &mut &[u8]) -> u8 {
 mod tests {
     use super::*;
 
-    /// `GMLVM_FUZZ_INPUTS` says how many inputs each property is tried with, `GMLVM_FUZZ_SEED` which.
-    fn for_many(default: u64, mut property: impl FnMut(&[u8])) {
+    /// Tries what fuzzing has found, and more: `GMLVM_FUZZ_INPUTS` says how many inputs, `GMLVM_FUZZ_SEED`
+    /// which.
+    fn for_many(default: u64, target: &str, mut property: impl FnMut(&[u8])) {
+        finds::of(target).iter().for_each(|bytes| property(bytes));
         let number = |variable: &str, default: u64| {
             std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
         };
@@ -39,7 +45,7 @@ mod tests {
     #[test]
     fn parts_are_those_that_were_written() {
         let mut n_taken = 0;
-        for_many(20_000, |bytes| n_taken += u32::from(any_part(bytes)));
+        for_many(20_000, "parts", |bytes| n_taken += u32::from(any_part(bytes)));
         assert!(n_taken > 0, "none is taken: nothing is tried");
     }
 
@@ -48,7 +54,7 @@ mod tests {
         let sandbox = tempfile::tempdir().expect("a directory");
         let worlds = Worlds::new(sandbox.path()).expect("made");
         let mut n_written = 0;
-        for_many(10_000, |bytes| n_written += u32::from(worlds.any_name(bytes)));
+        for_many(10_000, "paths", |bytes| n_written += u32::from(worlds.any_name(bytes)));
         assert!(n_written > 0, "none is written: nothing is tried");
     }
 }

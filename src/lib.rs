@@ -52,16 +52,12 @@ pub fn run_command_line() -> ExitCode {
         driver::execute(&args, &reporter)
     });
     match ended {
-        Ok(Ok(code)) => ExitCode::from(code),
-        Ok(Err(failure)) => {
+        Ok(code) => ExitCode::from(code),
+        Err(failure) => {
             if let Some(message) = failure.message() {
                 reporter.message(message);
             }
             ExitCode::from(failure.exit_code())
-        }
-        Err(crash) => {
-            reporter.message(&crash);
-            ExitCode::from(failure::EXIT_BUG)
         }
     }
 }

@@ -24,12 +24,11 @@ pub(crate) struct PerfMap {
 }
 
 impl PerfMap {
-    /// Starts the map of this process, where `perf` looks for it. Shaders get the places of their
-    /// functions as names.
+    /// Starts the map of this process, where `perf` looks for it.
     ///
     /// # Errors
     /// When it cannot be made.
-    pub(crate) fn create(program: &Program, sources: &SourceMap) -> Result<PerfMap, Failure> {
+    pub(crate) fn create() -> Result<PerfMap, Failure> {
         let path = format!("/tmp/perf-{}.map", std::process::id());
         // Everybody can write to the directory. What has the name already, perhaps a link, is not
         // opened: it goes, or is in the way.
@@ -38,12 +37,16 @@ impl PerfMap {
             OFlags::WRONLY | OFlags::CREATE | OFlags::EXCL | OFlags::NOFOLLOW | OFlags::CLOEXEC;
         match openat(CWD, &path, flags, Mode::from_raw_mode(0o600)) {
             Ok(file) => {
-                let spans = program.functions.iter().map(|function| function.span);
-                let names = spans.map(|span| (span, name(sources, span))).collect();
-                Ok(PerfMap { path, names, file: Mutex::new(Ok(file.into())) })
+                Ok(PerfMap { path, names: HashMap::new(), file: Mutex::new(Ok(file.into())) })
             }
             Err(error) => Err(unwritable(&path, &error.into())),
         }
+    }
+
+    /// The shaders to come are those of a program; they get the places of their functions as names.
+    pub(crate) fn name_shaders(&mut self, program: &Program, sources: &SourceMap) {
+        let spans = program.functions.iter().map(|function| function.span);
+        self.names = spans.map(|span| (span, name(sources, span))).collect();
     }
 
     /// Adds a shader. What goes wrong is kept for [`PerfMap::finish`].

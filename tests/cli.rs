@@ -291,6 +291,15 @@ fn a_plan_is_explained_and_can_be_switched_off() {
     assert!(omissions.count() >= 3, "{}", explained.stderr);
     let both = sandbox.run(&["a.gml", "--explain", "--plan", "off"]);
     assert!(both.code == 2, "{}", both.stderr);
+    // Of parts, what was traced before takes no time.
+    let parts = sandbox.run(&["a.gml", "--explain", "--parts", "p"]);
+    assert!(parts.code == 2 && !sandbox.path("p").exists(), "{}", parts.stderr);
+    // A pixel that is NaN is what it is.
+    sandbox
+        .file("nan.gml", ball("a.pfm").replace("1.0 1.0 1.0 point", "0.0 0.0 divf /x x x x point"));
+    let nan = sandbox.run(&["nan.gml", "--explain"]);
+    assert_eq!(nan.code, 0, "{}", nan.stderr);
+    assert!(sandbox.read("a.pfm").windows(4).any(|bytes| bytes == f32::NAN.to_le_bytes()));
 }
 
 #[test]
@@ -385,6 +394,22 @@ fn small_stacks_suffice() {
     }
 }
 
+/// A system that has no room for a thread is no bug.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_thread_that_cannot_be_started_is_told_of() {
+    let sandbox = Sandbox::new();
+    sandbox.file("e.gml", "1 2 addi");
+    // Room for the program, but not for a stack of 64 MiB besides.
+    let script = format!("ulimit -v 60000; exec {} eval e.gml", env!("CARGO_BIN_EXE_gmlvm"));
+    let mut shell = std::process::Command::new("sh");
+    let output = shell.args(["-c", &script]).current_dir(sandbox.path(".")).output();
+    let output = output.expect("sh runs");
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(stderr.contains("cannot start a thread"), "{stderr}");
+    assert_eq!(output.status.code(), Some(4), "{stderr}");
+}
+
 #[test]
 fn help_is_whole() {
     let sandbox = Sandbox::new();
@@ -395,6 +420,7 @@ fn help_is_whole() {
         assert!(run.contains(text), "{text}: {run}");
     }
     assert!(help(&["diff", "--help"]).contains("1/255 of full scale"));
-    assert!(help(&["--help"]).contains("70  a bug in gmlvm"));
+    let codes = help(&["--help"]);
+    assert!(codes.contains("70  a bug in gmlvm") && codes.contains("141 whoever"), "{codes}");
     assert!(help(&["help", "check"]).contains("nothing is traced"));
 }

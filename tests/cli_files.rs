@@ -223,6 +223,68 @@ fn names_of_the_user_are_taken() {
     assert_eq!(sandbox.run(&["s.gml", "--output", "/dev/null"]).code, 0);
 }
 
+/// What a scene fills in is trusted as little as a name that it gives.
+#[test]
+fn names_that_are_filled_in_replace_no_more_than_others() {
+    for (name, template, why) in [
+        ("notes.txt.ppm", "{name}", "is that of a file that is no image"),
+        ("notes.ppm", "{name}.txt", "is that of a file that is no image"),
+        ("link.ppm", "{name}.ppm", "is that of a symbolic link"),
+        ("elsewhere.ppm", "{name}/a.ppm", "leads through the link `elsewhere`"),
+        (".bashrc.ppm", "{name}", "has a hidden component"),
+    ] {
+        let sandbox = Sandbox::new();
+        sandbox.file("s.gml", ball(name)).file("o/notes.txt", "precious").file("victim/x", "P6");
+        for (to, link) in [("../victim/x", "o/link.ppm"), ("../victim", "o/elsewhere")] {
+            std::os::unix::fs::symlink(to, sandbox.path(link)).expect("a link");
+        }
+        let before = sandbox.files();
+        let ended = sandbox.run(&["s.gml", "-o", "o", "--output", template]);
+        assert!(ended.code == 5 && ended.stderr.contains(why), "{name}: {}", ended.stderr);
+        assert_eq!(sandbox.files(), before);
+        assert_eq!(sandbox.read("o/notes.txt"), b"precious");
+        assert_eq!(sandbox.read("victim/x"), b"P6");
+    }
+    // Directories of the user's own may be what they are.
+    let sandbox = Sandbox::new();
+    sandbox.file("s.gml", ball("a.ppm")).file("real/keep", "");
+    std::os::unix::fs::symlink("real", sandbox.path(".link")).expect("a link");
+    assert_eq!(sandbox.run(&["s.gml", "--output", ".link/{name}/b.ppm"]).code, 0);
+    assert!(sandbox.read("real/a/b.ppm").starts_with(PPM_HEADER));
+}
+
+#[test]
+fn no_image_takes_the_place_of_another() {
+    let scene = ball("a/x.ppm") + &ball("b/x.ppm").replace("8 6", "4 3");
+    let certify = |marks| ["--certify", "--mark-uncertain", marks];
+    for (options, file) in [
+        (&["--output", "same.ppm"][..], "same.ppm"),
+        (&["--output", "{name}.ppm"], "x.ppm"),
+        (&certify("m.png"), "m.png"),
+        (&certify("{name}.png"), "x.png"),
+        (&[&certify("m.png")[..], &["--output", "{n}.png"]].concat(), "m.png"),
+        (&[&certify("1.png")[..], &["--output", "{n}.png"]].concat(), "1.png"),
+        (&["--frames", "1..1", "--output", "{frame}.ppm"], "0001.ppm"),
+    ] {
+        let sandbox = Sandbox::new();
+        sandbox.file("s.gml", &scene);
+        let ended = sandbox.run(&[&["s.gml"], options].concat());
+        assert_eq!(ended.code, 2, "{options:?}: {}", ended.stderr);
+        let text = format!("more than one image would go to `{file}`; use {{n}}");
+        assert!(ended.stderr.contains(&text), "{options:?}: {}", ended.stderr);
+        assert!(sandbox.path(file).exists(), "{options:?}");
+    }
+    let sandbox = Sandbox::new();
+    sandbox.file("s.gml", &scene).file("t.gml", ball("a.ppm") + &ball("a.png"));
+    sandbox.file("2.ppm", "old");
+    std::os::unix::fs::symlink("2.ppm", sandbox.path("1.ppm")).expect("a link");
+    let ended = sandbox.run(&["s.gml", "--output", "{n}.ppm"]);
+    assert_eq!(ended.code, 2, "{}", ended.stderr);
+    assert!(sandbox.read("2.ppm").starts_with(PPM_HEADER));
+    assert_eq!(sandbox.run(&["t.gml", "--format", "png"]).code, 2);
+    assert_eq!(sandbox.run(&["s.gml", "--output", "/dev/null"]).code, 0);
+}
+
 #[test]
 fn formats_go_by_extension_unless_told() {
     let sandbox = Sandbox::new();

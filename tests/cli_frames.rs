@@ -72,6 +72,7 @@ fn frames_that_make_no_sense() {
         &["--frames", "1..2", "--output", "a.ppm"],
         &["--frames", "1..2", "--output", "-"],
         &["--frames", "1..2", "--certify", "--mark-uncertain", "m.png"],
+        &["--frames", "1..2", "--shard", "1/2", "--output", "{n}.ppm"],
         &["--frames", "1..2", "--parts", "p"],
         &["--output", "{frame}.ppm"],
         &["--shard", "1/2"],

@@ -148,14 +148,21 @@ fn merging_names_and_formats() {
     let ended = sandbox.run(&["merge", "p", "--output", "-"]);
     assert_eq!(ended.code, 2, "{}", ended.stderr);
     // As with `run`, nothing is replaced if that is asked for.
-    sandbox.file("2-b", "precious");
+    sandbox.file("2-b", "P6 precious");
     let ended = sandbox.run(&["merge", "p", "--output", "{n}-{name}", "--no-clobber"]);
     assert_eq!(ended.code, 3, "{}", ended.stderr);
-    assert!(ended.stderr.contains("could not write `1-a`: it exists already"), "{}", ended.stderr);
-    assert_eq!(sandbox.read("2-b"), b"precious");
+    let message =
+        "could not write `1-a`: it exists already; remove it, or allow replacing with `--clobber`";
+    assert!(ended.stderr.contains(message), "{}", ended.stderr);
+    assert_eq!(sandbox.read("2-b"), b"P6 precious");
     ok(&sandbox.run(&["merge", "p", "--output", "{n}+{name}", "--no-clobber"]));
-    ok(&sandbox.run(&["merge", "p", "--output", "{n}-{name}"]));
+    ok(&sandbox.run(&["merge", "p", "--output", "{n}-{name}", "--no-clobber", "--clobber"]));
     assert_eq!(sandbox.read("2-b"), sandbox.read("2+b"));
+    // Nor does one image take the place of another.
+    let ended = sandbox.run(&["merge", "p", "--output", "joined"]);
+    assert_eq!(ended.code, 2, "{}", ended.stderr);
+    assert!(ended.stderr.contains("more than one image would go to `joined`"), "{}", ended.stderr);
+    assert_eq!(sandbox.read("joined"), sandbox.read("single/a.ppm"));
     let ended = sandbox.run(&["merge", "p", "--format", "pfm", "-o", "none"]);
     assert_eq!(ended.code, 2);
     assert!(ended.stderr.contains("the parts hold bytes"), "{}", ended.stderr);

@@ -278,6 +278,29 @@ fn bad_data_is_refused() {
     assert!(!text.contains('\u{1b}') && !svg.contains('\u{1b}') && !svg.contains("J<text>"));
 }
 
+/// What a file holds does not make a drawing without measure.
+#[test]
+fn drawings_have_bounds() {
+    let sandbox = Sandbox::new();
+    let (panels, ..) = measured("differences");
+    let mut high = serde_json::json!({ "panels": [panels[0]] });
+    high["panels"][0]["items"][0]["width"] = 1.into();
+    high["panels"][0]["items"][0]["rows"] = vec![""; 7296].into();
+    sandbox.file("high.json", high.to_string());
+    for drawing in ["c.png", "c.svg"] {
+        let args = ["--set", "differences", "high.json", "-o", drawing];
+        assert_refused(&sandbox, &args, 2, "pixels high");
+    }
+    let (panels, ..) = measured("bounces");
+    let mut far = serde_json::json!({ "panels": panels });
+    let points = far["panels"][0]["items"][0]["points"].as_array_mut().expect("points");
+    points.push(serde_json::json!([1e12, 0.5]));
+    sandbox.file("far.json", far.to_string());
+    charted(&sandbox, &["--set", "bounces", "far.json", "-o", "c.svg"]);
+    let n_bytes = sandbox.read("c.svg").len();
+    assert!(n_bytes < 1 << 20, "{n_bytes} bytes");
+}
+
 /// The drawings of the documentation are those of the data beside them.
 #[test]
 fn charts_of_the_documentation_are_of_their_data() {

@@ -147,6 +147,16 @@ fn response_files() {
     }
 }
 
+/// What a response file names is not taken for a further one by the runs to come.
+#[test]
+fn response_files_are_read_once() {
+    let sandbox = Sandbox::new();
+    sandbox.file("@s.gml", ball("a.ppm")).file("all", "run\n@s.gml\n--watch\n");
+    let mut watch = Watch::start(&sandbox, &["@all"]);
+    wait_until("an image", || image(&sandbox).is_some());
+    assert_eq!(watch.end(), Some(143));
+}
+
 /// Each run draws its image.
 #[test]
 fn watching_shows_previews() {

@@ -1,15 +1,18 @@
-//! Random surface functions by both engines.
+//! Random surface functions by both engines, and those that fuzzing has found (`fuzz/finds/engines`).
 //!
 //! `GMLVM_FUZZ_PROGRAMS` sets how many programs, `GMLVM_FUZZ_SEED` where to start.
 
 use jit::shaders::Evaluation;
 use renderer::surface::SurfacePoint;
 use support::agreement::{Agreed, agree};
+use support::finds;
 use support::generator::{LIMITS, Random, points, program};
 
 #[allow(unreachable_pub, reason = "shared with the fuzz targets, where it is public")]
 mod support {
     pub(crate) mod agreement;
+    #[allow(dead_code, reason = "it serves several test programs")]
+    pub(crate) mod finds;
     pub(crate) mod generator;
 }
 
@@ -62,4 +65,14 @@ fn native_code_agrees_with_the_interpreter() {
     assert!(tally.in_batches * 4 > tally.calls, "too few answers in batches: {tally:?}");
     let n_declined: u64 = tally.declined.values().sum();
     assert!(n_declined * 50 <= n_programs, "more than 2 % are declined: {tally:?}");
+}
+
+#[test]
+fn native_code_agrees_on_what_was_found() {
+    for bytes in finds::of("engines") {
+        let mut random = Random::of_bytes(&bytes);
+        let text = program(&mut random);
+        let points = points(&mut random);
+        agree(&text, LIMITS, points.into_iter());
+    }
 }

@@ -3,14 +3,15 @@
 //!
 //! `GMLVM_FUZZ_INPUTS` says how many inputs each property is tried with, `GMLVM_FUZZ_SEED` which.
 
-use std::fs;
 use std::path::Path;
 
+use support::finds::{self, files};
 use support::generator::Random;
 use support::sources::{compiles, lexes, parses};
 
 #[allow(unreachable_pub, reason = "shared with the fuzz targets, where it is public")]
 mod support {
+    pub(crate) mod finds;
     #[allow(dead_code, reason = "it serves several test programs")]
     pub(crate) mod generator;
     pub(crate) mod sources;
@@ -71,14 +72,6 @@ fn number(variable: &str, default: u64) -> u64 {
     std::env::var(variable).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
 }
 
-fn files(directory: &str) -> Vec<Vec<u8>> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join(directory);
-    let mut paths: Vec<_> =
-        fs::read_dir(root).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
-    paths.sort();
-    paths.iter().filter(|path| path.is_file()).map(|path| fs::read(path).expect("read")).collect()
-}
-
 /// A piece of a scene with some changes.
 fn changed(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     let piece = |random: &mut Random| {
@@ -102,14 +95,15 @@ fn changed(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     bytes
 }
 
-fn hold(property: fn(&[u8]), finds: &str) {
-    let seeds = [files("scenes"), files("tests/lang")].concat();
+fn hold(property: fn(&[u8]), target: &str) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let seeds = ["scenes", "tests/lang"].map(|folder| files(&root.join(folder))).concat();
     assert!(seeds.len() > 20, "there are scenes");
     let check = |bytes: &[u8]| {
         let held = std::panic::catch_unwind(|| property(bytes));
         assert!(held.is_ok(), "it does not hold for {:?}", String::from_utf8_lossy(bytes));
     };
-    seeds.iter().chain(&files(finds)).for_each(|seed| check(seed));
+    seeds.iter().chain(&finds::of(target)).for_each(|seed| check(seed));
     let mut random = Random::new(number("GMLVM_FUZZ_SEED", 1));
     for _ in 0..number("GMLVM_FUZZ_INPUTS", 3000) {
         check(&changed(&seeds, &mut random));
@@ -118,15 +112,25 @@ fn hold(property: fn(&[u8]), finds: &str) {
 
 #[test]
 fn tokens_alone_are_the_same_tokens() {
-    hold(lexes, "fuzz/finds/lexer");
+    hold(lexes, "lexer");
 }
 
 #[test]
 fn trees_are_their_tokens() {
-    hold(parses, "fuzz/finds/parser");
+    hold(parses, "parser");
 }
 
 #[test]
 fn programs_compile_and_run_or_say_why_not() {
-    hold(compiles, "fuzz/finds/compiler");
+    hold(compiles, "compiler");
+}
+
+/// Finds elsewhere than in the directory of a target would be tried by nobody.
+#[test]
+fn finds_are_those_of_targets() {
+    let names = std::fs::read_dir(finds::directory()).expect("a directory");
+    for name in names.map(|entry| entry.expect("readable").file_name()) {
+        let tried = ["lexer", "parser", "compiler", "engines", "parts", "paths"];
+        assert!(tried.iter().any(|target| name == *target), "no test tries those of {name:?}");
+    }
 }

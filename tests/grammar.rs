@@ -10,6 +10,12 @@ use compiler::preprocess::{NoIncludes, tokens_and_errors};
 use compiler::source::SourceMap;
 use fancy_regex::Regex;
 use serde_json::Value;
+use support::scenes::shared;
+
+mod support {
+    #[allow(dead_code, reason = "each test takes its part")]
+    pub(crate) mod scenes;
+}
 
 const GRAMMAR: &str = "contrib/vscode/syntaxes/gml.tmLanguage.json";
 
@@ -155,16 +161,12 @@ fn check(rules: &[Rule], place: &str, text: &str) -> usize {
     found.len()
 }
 
-/// All scenes, and what they include.
-fn scenes() -> Vec<PathBuf> {
-    let mut folders: Vec<_> = ["scenes", "tests/golden", "tests/stability"]
-        .iter()
-        .chain(&["../shared/scenes/contest", "../shared/scenes/chicago", "../shared/stability"])
-        .map(|folder| root().join(folder))
-        .collect();
+/// All scenes below some folders, and what they include.
+fn scenes(mut folders: Vec<PathBuf>) -> Vec<PathBuf> {
     let mut files = Vec::new();
     while let Some(folder) = folders.pop() {
-        let Ok(entries) = fs::read_dir(folder) else { continue };
+        let entries =
+            fs::read_dir(&folder).unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
         for path in entries.map(|entry| entry.expect("readable").path()) {
             if path.is_dir() {
                 folders.push(path);
@@ -187,15 +189,23 @@ fn words_are_those_of_the_lexer() {
     for text in cases {
         assert!(check(&rules, text, text) > 0 || text.starts_with("-7 -x"));
     }
-    let scenes = scenes();
-    assert!(scenes.len() > 80, "only {} scenes", scenes.len());
+    let own = scenes(["scenes", "tests/golden", "tests/stability"].map(|f| root().join(f)).into());
+    assert!(own.len() > 70, "only {} scenes", own.len());
+    let n_words = check_files(&rules, own);
+    assert!(n_words > 9_000, "only {n_words} words");
+    let folders = ["scenes/contest", "scenes/chicago", "stability"];
+    check_files(&rules, scenes(folders.iter().filter_map(|folder| shared(folder)).collect()));
+}
+
+/// How many words some scenes have.
+fn check_files(rules: &[Rule], scenes: Vec<PathBuf>) -> usize {
     let mut n_words = 0;
     for path in scenes {
         let bytes = fs::read(&path).expect("readable");
         // Of old scenes some are not UTF-8, which the compiler then reads as Latin-1.
         let text = String::from_utf8(bytes)
             .unwrap_or_else(|error| error.into_bytes().iter().copied().map(char::from).collect());
-        n_words += check(&rules, &path.display().to_string(), &text);
+        n_words += check(rules, &path.display().to_string(), &text);
     }
-    assert!(n_words > 20_000, "only {n_words} words");
+    n_words
 }

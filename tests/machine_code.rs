@@ -147,7 +147,8 @@ fn perf_is_told_of_shaders() {
     sandbox.file("s.gml", SCENE).file("victim", "untouched");
     // The process keeps its number when the shell becomes the program.
     let script = format!(
-        "echo $$; ln -s \"$PWD/victim\" /tmp/perf-$$.map; exec {} s.gml --engine jit --perf-map",
+        "echo $$; ln -s \"$PWD/victim\" /tmp/perf-$$.map; exec {} s.gml --engine jit --perf-map \
+         --frames 1..2",
         env!("CARGO_BIN_EXE_gmlvm")
     );
     let mut shell = Command::new("sh");
@@ -161,9 +162,12 @@ fn perf_is_told_of_shaders() {
     std::fs::remove_file(&path).expect("it can be removed");
     assert!(!is_link);
     assert_eq!(sandbox.read("victim"), b"untouched");
-    let words: Vec<_> = map.trim_end().split(' ').collect();
-    let [address, size, name] = words[..] else { panic!("{map}") };
-    assert_eq!(name, "gmlvm::s.gml:1:1");
-    assert!(usize::from_str_radix(address, 16).is_ok_and(|address| address > 0), "{map}");
-    assert!(usize::from_str_radix(size, 16).is_ok_and(|size| (32..4096).contains(&size)), "{map}");
+    assert_eq!(map.lines().count(), 2, "a shader for each frame: {map}");
+    for line in map.lines() {
+        let words: Vec<_> = line.split(' ').collect();
+        let [address, size, name] = words[..] else { panic!("{map}") };
+        assert_eq!(name, "gmlvm::s.gml:1:1");
+        let [address, size] = [address, size].map(|n| usize::from_str_radix(n, 16).expect("hex"));
+        assert!(address > 0 && (32..4096).contains(&size), "{map}");
+    }
 }

@@ -7,7 +7,7 @@ use compiler::diagnostic::Diagnostic;
 use jit::shaders::{Shaders, Tiering};
 use renderer::camera::View;
 use renderer::certify::{CertainScene, certify};
-use renderer::image::Image;
+use renderer::image::{Image, Pixel};
 use renderer::numeric::dd::Dd;
 use renderer::numeric::real::Real;
 use renderer::plan::{Omissions, Part};
@@ -27,7 +27,7 @@ mod support {
 const WIDTH: u32 = 40;
 
 /// What an image is, or the pixel where its surface function fails and why.
-type Outcome = Result<Image<[u8; 3]>, (u32, u32, String)>;
+type Outcome<I> = Result<I, (u32, u32, String)>;
 
 /// The same with the numbers of rays.
 type Counted = Result<(Image<[u8; 3]>, RayCounts), (u32, u32, String)>;
@@ -41,13 +41,17 @@ struct Comparing {
 impl Host for Comparing {
     fn render(&mut self, job: RenderJob<'_>) -> Result<(), Box<Diagnostic>> {
         let by_parts = Part::ALL.map(|part| Omissions::ALL.without(part));
-        let base = by_engines::<f64>(&job, Omissions::ALL);
+        let base = by_engines::<f64, [u8; 3]>(&job, Omissions::ALL);
         for omissions in [Omissions::NONE].into_iter().chain(by_parts) {
-            let other = by_engines::<f64>(&job, omissions);
+            let other = by_engines::<f64, [u8; 3]>(&job, omissions);
             assert!(base == other, "{}: {omissions:?} differs", job.name);
         }
-        let [base, other] = [Omissions::ALL, Omissions::NONE].map(|o| by_engines::<Dd>(&job, o));
+        let [base, other] =
+            [Omissions::ALL, Omissions::NONE].map(|o| by_engines::<Dd, [u8; 3]>(&job, o));
         assert!(base == other, "{}: differs in double-double", job.name);
+        let [[base, jit], [other, _]] = [Omissions::ALL, Omissions::NONE].map(|o| bits(&job, o));
+        assert!(base == other, "{}: differs in linear light", job.name);
+        assert!(base == jit, "{}: differs in linear light by engine", job.name);
         let [base, other] = [Omissions::ALL, Omissions::NONE].map(|o| certain(&job, o));
         assert!(base == other, "{}: differs where it is certain", job.name);
         compare_batches(&job);
@@ -101,8 +105,19 @@ fn compare_batches(job: &RenderJob<'_>) {
     assert!(single == many, "{}: differs in batches", job.name);
 }
 
+/// The bits that both engines give the pixels of a job's image in linear light.
+fn bits(job: &RenderJob<'_>, omissions: Omissions) -> [Outcome<Vec<[u32; 3]>>; 2] {
+    by_engines::<f64, [f32; 3]>(job, omissions).map(|outcome| {
+        let pixels = outcome?.pixels.into_iter();
+        Ok(pixels.map(|pixel| pixel.map(f32::to_bits)).collect())
+    })
+}
+
 /// What both engines make of a job's image.
-fn by_engines<R: Real>(job: &RenderJob<'_>, omissions: Omissions) -> [Outcome; 2] {
+fn by_engines<R: Real, P: Pixel>(
+    job: &RenderJob<'_>,
+    omissions: Omissions,
+) -> [Outcome<Image<P>>; 2] {
     let (scene, surfaces): (Scene<R>, _) = scene(&job.object);
     let scene = scene.leaving_out(omissions);
     let (view, illumination) = (view(job), job.illumination(Dialect::Auto));
@@ -147,6 +162,25 @@ fn compare_folder(folder: &Path) {
         }
     }
     assert!(host.n_images > 0, "{}", folder.display());
+}
+
+/// Lights that add nothing are left out, but what they would be added to may be less than zero; and
+/// the bits of a NaN are those of whatever operation was the last.
+#[test]
+fn zeros_and_nans_are_the_same() {
+    let image = |color: &str, ambient: &str| {
+        format!(
+            "{ambient} point [ 1.0 -1.0 1.0 point 0.5 0.5 0.5 point light ]
+             {{ /v /u /face {color} point 0.0 0.0 1.0 }} sphere 0.0 0.0 3.0 translate
+             2 70.0 20 15 \"a.ppm\" render\n"
+        )
+    };
+    let text = image("-1.0 -1.0 -0.0", "-1.0 0.0 -1.0")
+        + &image("-1.0 -1.0 -1.0", "0.0 0.0 0.0")
+        + &image("1.0 v subf 0.0 mulf 0.0 divf frac 0.0 0.0 divf negf 0.5", "0.5 0.5 0.5");
+    let mut host = Comparing::default();
+    run(Path::new("zeros.gml"), &text, &mut host).expect("it renders");
+    assert_eq!(host.n_images, 3);
 }
 
 /// Two mirrors that face one another, in which paths have no end.

@@ -238,7 +238,8 @@ fn every_scene_is_in_the_gallery() {
         assert_ne!(png_size(&picture), "0x0");
         assert!(picture.len() < 700_000, "{name} has {} bytes", picture.len());
         assert!(readme.contains(&format!("docs/gallery/{name}.png")), "README.md: {name}");
-        assert!(gallery.contains(&format!("({name}.png)")), "docs/gallery/README.md: {name}");
+        let row = format!("| ![]({name}.png) | [{name}](../../scenes/{name}.gml) |");
+        assert!(gallery.contains(&row), "docs/gallery/README.md: {name}");
         n_scenes += 1;
     }
     assert!(n_scenes >= 12);

@@ -45,7 +45,7 @@ impl Suite {
     #[track_caller]
     fn same(&self, names: &[&str]) {
         let first = self.render(names[0]);
-        assert!(first.pixels.iter().any(|&p| p != BLACK), "{} is empty", names[0]);
+        first.assert_shown();
         for name in &names[1..] {
             let other = self.render(name);
             let n_different =
@@ -77,6 +77,12 @@ impl Picture {
     fn places(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let width = self.width;
         (0..self.width * self.height).map(move |idx| (idx % width, idx / width))
+    }
+
+    /// Something is seen.
+    #[track_caller]
+    fn assert_shown(&self) {
+        assert!(self.pixels.iter().any(|&p| p != BLACK), "{} is empty", self.name);
     }
 
     /// Every pixel is the one that a function of its place gives.
@@ -191,6 +197,7 @@ suite! {
 
     fn t10_a_contact_shadow_has_no_stray_pixels(suite) {
         let picture = suite.render("t10_sphere_on_plane");
+        picture.assert_shown();
         let brightness = |x: usize, y: usize| picture.at(x, y).iter().map(|&c| i32::from(c)).sum::<i32>();
         let inner = |&(x, y): &(usize, usize)| x > 0 && y > 0 && x < 47 && y < 47;
         // A lit pixel in shadow, or the reverse, is off from all around it by this much or more.
@@ -264,6 +271,7 @@ suite! {
 
     fn t20_mirrored_scenes_give_mirrored_images(suite) {
         let picture = suite.render("t20_mirror_symmetry");
+        picture.assert_shown();
         picture.check(|x, y| picture.at(47 - x, y));
     }
 
@@ -279,7 +287,7 @@ suite! {
     fn t26_convex_solids_do_not_shadow_themselves(suite) {
         for shape in ["sphere", "cube", "cylinder", "cone"] {
             let picture = suite.render(&format!("t26_acne_{shape}"));
-            assert!(picture.pixels.iter().any(|&p| p != BLACK));
+            picture.assert_shown();
             assert_eq!(picture.n_blocked, 0, "{shape}");
         }
     }
@@ -291,8 +299,7 @@ suite! {
     /// A u of 1, or a hair below 0, would be an index outside the table of colours.
     fn t29_to_t31_seams_and_poles_stay_in_range(suite) {
         for name in ["t29_uv_seam", "t30_uv_pole", "t31_cyl_axis", "t31b_cyl_bore", "t24_shear", "t23b_needle"] {
-            let picture = suite.render(name);
-            assert!(picture.pixels.iter().any(|&p| p != BLACK), "{name}");
+            suite.render(name).assert_shown();
         }
     }
 
@@ -326,6 +333,7 @@ suite! {
 
     fn t39_fifty_half_spaces_leave_no_hole(suite) {
         let picture = suite.render("t39_planes_50");
+        picture.assert_shown();
         for y in 0..picture.height {
             let row: Vec<bool> = (0..picture.width).map(|x| picture.at(x, y) != BLACK).collect();
             let n_edges = row.windows(2).filter(|pair| pair[0] != pair[1]).count();
@@ -339,6 +347,7 @@ suite! {
 
     fn t43_mirrored_solids_keep_their_outline(suite) {
         let (mirrored, plain) = (suite.render("t43_neg_scale"), suite.render("t43o_pos"));
+        plain.assert_shown();
         mirrored.check_mask(|x, y| plain.at(x, y) != BLACK);
     }
 
@@ -357,8 +366,7 @@ suite! {
     /// What has no oracle of its own renders, at least.
     fn all_others_render(suite) {
         for name in ["t06b_grazing_plane", "t06o_plane_fov1", "t26o_noshadow", "t40_chaos_spheres", "t42_acne_csg", "t44_zoo"] {
-            let picture = suite.render(name);
-            assert!(picture.pixels.iter().any(|&p| p != BLACK), "{name}");
+            suite.render(name).assert_shown();
         }
     }
 }

@@ -28,7 +28,8 @@ fn rust_files() -> Vec<(String, String)> {
         .collect();
     let mut files = Vec::new();
     while let Some(folder) = folders.pop() {
-        let Ok(entries) = std::fs::read_dir(&folder) else { continue };
+        let entries = std::fs::read_dir(&folder)
+            .unwrap_or_else(|error| panic!("{}: {error}", folder.display()));
         for path in entries.map(|entry| entry.expect("readable").path()) {
             if path.is_dir() {
                 folders.push(path);

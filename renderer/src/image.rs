@@ -22,10 +22,11 @@ impl Pixel for [u8; 3] {
     }
 }
 
-/// Linear light, not clamped.
+/// Linear light, not clamped. There is one zero and one NaN: the sign of a zero hangs on whether a
+/// light without effect was added, and the bits of a NaN on what computed it.
 impl Pixel for [f32; 3] {
     fn from_linear(color: [f64; 3]) -> Self {
-        color.map(|c| c as f32)
+        color.map(|c| if c.is_nan() { f32::NAN } else { 0.0 + c as f32 })
     }
 
     #[inline]
@@ -81,5 +82,14 @@ mod tests {
             assert_eq!(<[u8; 3]>::from_linear(shown), [byte; 3], "{value}");
             assert!(shown.iter().all(|c| (0.0..=1.0).contains(c)), "{value}");
         }
+    }
+
+    #[test]
+    fn zeros_and_nans_are_of_one_kind() {
+        let bits = |color| <[f32; 3]>::from_linear(color).map(f32::to_bits);
+        assert_eq!(bits([0.0, -0.0, -1e-300]), [0; 3]);
+        let other = f64::from_bits(f64::NAN.to_bits() | 1 << 63 | 1 << 40);
+        assert_eq!(bits([f64::NAN, -f64::NAN, other]), [0x7fc0_0000; 3]);
+        assert_eq!(bits([-1.0, 0.5, f64::INFINITY]), [0xbf80_0000, 0x3f00_0000, 0x7f80_0000]);
     }
 }

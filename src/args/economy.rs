@@ -10,7 +10,7 @@ pub(crate) struct EconomyArgs {
     ///
     /// Each image is traced again several times, with each omission undone in turn; the table has the
     /// processor time that this takes beside that of the plan. The bytes must be the same.
-    #[arg(long, conflicts_with = "plan", help_heading = "Engine")]
+    #[arg(long, conflicts_with_all = ["plan", "parts"], help_heading = "Engine")]
     pub(crate) explain: bool,
     /// Whether what a scene has no use for is left out, which changes no byte: `off` is for checking
     #[arg(long, value_name = "WHETHER", default_value = "on", help_heading = "Engine")]

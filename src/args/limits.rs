@@ -84,7 +84,7 @@ mod tests {
     use compiler::diagnostic::grouped;
 
     use super::*;
-    use crate::args::{Args, Command, RunArgs};
+    use crate::args::{Args, Command, Inputs, RunArgs};
 
     fn run(options: &[&str]) -> RunArgs {
         let line = ["gmlvm", "run", "s.gml"].iter().chain(options);
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!((fuel, max_depth, max_memory), (1_000_000_000, 10_000, 512 << 20));
         assert_eq!((max_pixels, max_images, max_reflections), (1 << 24, 16, 1000));
         assert_eq!((max_total_pixels, trusted.limits.max_total_pixels), (Some(1 << 26), None));
-        assert_eq!(untrusted.inputs.max_words, 1 << 18);
+        assert_eq!(untrusted.inputs.max_words, Inputs::STRICT_WORDS);
         assert_eq!(untrusted.time.timeout, Some(Duration::from_secs(60)));
         assert_eq!(trusted.time.timeout, None);
         assert!(fuel < trusted.limits.fuel && max_depth < trusted.limits.max_depth);

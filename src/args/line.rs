@@ -30,10 +30,18 @@ const COMMANDS: [&str; 15] = [
 /// What makes a `view` render in place of serving a page; no option for users.
 const WORKER: &str = "--worker";
 
+/// What says, as the first word, that response files are in place already; no option for users.
+const EXPANDED: &str = "--expanded";
+
 /// Reads the command line; on an error says so and ends the process, with exit code 2.
 pub(crate) fn parse() -> Args {
-    let args = response::expanded(std::env::args_os().collect())
-        .unwrap_or_else(|message| Args::command().error(ErrorKind::Io, clean(&message)).exit());
+    let mut args: Vec<_> = std::env::args_os().collect();
+    if args.get(1).is_some_and(|word| word == EXPANDED) {
+        args.remove(1);
+    } else {
+        args = response::expanded(args)
+            .unwrap_or_else(|message| Args::command().error(ErrorKind::Io, clean(&message)).exit());
+    }
     let mut args = untrusting(with_command(args));
     let is_worker = take_worker(&mut args);
     let mut parsed = Args::try_parse_from(&args).unwrap_or_else(|error| {
@@ -46,8 +54,14 @@ pub(crate) fn parse() -> Args {
     if let Command::View(view) = &mut parsed.command {
         view.worker = is_worker;
     }
-    parsed.line = args.into_iter().skip(1).filter(|argument| argument != "--watch").collect();
+    parsed.line = again(args);
     parsed
+}
+
+/// The arguments by which a process starts the same again, but without `--watch`.
+fn again(args: Vec<OsString>) -> Vec<OsString> {
+    let rest = args.into_iter().skip(1).filter(|argument| argument != "--watch");
+    std::iter::once(EXPANDED.into()).chain(rest).collect()
 }
 
 /// Has `view` not trust its scene, which a page may have changed.
@@ -73,7 +87,7 @@ fn take_worker(args: &mut Vec<OsString>) -> bool {
     is_worker
 }
 
-/// Makes the arguments of a `view` those of its worker; the first is the program's name.
+/// Makes the arguments by which a `view` starts again those of its worker.
 pub(crate) fn of_worker(mut args: Vec<OsString>) -> Vec<OsString> {
     args.insert(command_at(&args) + 1, WORKER.into());
     args
@@ -124,6 +138,24 @@ mod tests {
         let names: Vec<_> =
             Args::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
         assert_eq!(names, COMMANDS[..14]);
+    }
+
+    /// In texts of help clap takes `{n}` for the end of a line.
+    #[test]
+    fn help_has_no_placeholder_that_ends_a_line() {
+        for command in Args::command().get_subcommands() {
+            for argument in command.get_arguments() {
+                for text in [argument.get_help(), argument.get_long_help()].into_iter().flatten() {
+                    let text = text.to_string();
+                    assert!(
+                        !text.contains("{n}"),
+                        "{} {}: {text}",
+                        command.get_name(),
+                        argument.get_id()
+                    );
+                }
+            }
+        }
     }
 
     #[test]

@@ -7,7 +7,7 @@ Tell editors what is wrong with open scenes, what words mean and where they stan
 
 This is a language server, which editors start by themselves: it talks the language server protocol \
 over the standard input and output. Scenes are checked whenever they change, as `check` does, but \
-always within the limits that `--untrusted` sets. A file of another extension than .gml is taken for \
+always within the limits that `--untrusted` sets, and for ten seconds at most. A file of another extension than .gml is taken for \
 one to be included: its words and brackets are checked, and it is not run.";
 
 /// `gmlvm lsp`.

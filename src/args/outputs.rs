@@ -38,7 +38,7 @@ impl OutputsArgs {
     /// When the second run could not write what the first has written.
     pub(crate) fn check_watched(self) -> Result<(), Failure> {
         match self.existing() {
-            Existing::Replace => Ok(()),
+            Existing::Replace | Existing::Succeed => Ok(()),
             Existing::Keep => Err(Failure::Usage(
                 "`--watch` replaces its images, which `--no-clobber` (part of `--untrusted`) \
                  forbids; allow it with `--clobber`"

@@ -41,8 +41,11 @@ pub(crate) struct MergeArgs {
     #[arg(long, value_name = "FORMAT")]
     pub(crate) format: Option<ImageFormat>,
     /// Fail if an image exists already: no file is replaced
-    #[arg(long)]
+    #[arg(long, overrides_with = "clobber")]
     no_clobber: bool,
+    /// Replace images that exist already, in spite of a `--no-clobber` before it
+    #[arg(long, overrides_with = "no_clobber")]
+    clobber: bool,
     /// Leave rows black that are not there, and take it that there are no further images
     #[arg(long)]
     pub(crate) allow_missing: bool,
@@ -54,7 +57,7 @@ pub(crate) struct MergeArgs {
 impl MergeArgs {
     /// What becomes of a file that has an image's name.
     pub(crate) fn existing(&self) -> Existing {
-        if self.no_clobber { Existing::Keep } else { Existing::Replace }
+        if self.no_clobber && !self.clobber { Existing::Keep } else { Existing::Replace }
     }
 }
 

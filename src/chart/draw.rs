@@ -109,7 +109,8 @@ impl Foot {
 /// The size that a drawing of so many panels takes.
 pub(super) fn size(n_panels: usize, layout: Layout, foot: &Foot) -> (u32, u32) {
     let n_rows = n_panels.div_ceil(layout.n_columns);
-    (WIDTH, n_rows as u32 * layout.panel_height + foot.height())
+    let panels = (n_rows as u32).saturating_mul(layout.panel_height);
+    (WIDTH, panels.saturating_add(foot.height()))
 }
 
 /// How many panels with axes stand side by side.

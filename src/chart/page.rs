@@ -78,11 +78,21 @@ pub(crate) struct Spot {
     pub(crate) at: draw::Pixel,
 }
 
+/// No drawing is higher, in pixels; one of a hundred charts of methods is half as high.
+const MAX_HEIGHT: u32 = 1 << 15;
+
 /// Writes charts.
 ///
 /// # Errors
-/// When it cannot be done.
+/// When it cannot be done, or they are too high.
 pub(crate) fn write(path: &Path, format: Format, data: &impl Sheet) -> Result<(), Failure> {
+    let (_, height) = data.size();
+    if height > MAX_HEIGHT {
+        return Err(Failure::Usage(format!(
+            "the drawing would be {height} pixels high, and {MAX_HEIGHT} is the most; chart fewer \
+             or lower images"
+        )));
+    }
     let target = Target::path(path.to_owned());
     match format {
         Format::Svg => {
@@ -131,7 +141,7 @@ fn bitmap(data: &impl Sheet) -> Result<Picture, Failure> {
     register();
     let (width, height) = data.size();
     let [width, height] = [width, height].map(|length| FACTOR * length);
-    let mut bytes = vec![0; 3 * (width * height) as usize];
+    let mut bytes = vec![0; 3 * width as usize * height as usize];
     {
         let area =
             Doubled(BitMapBackend::with_buffer(&mut bytes, (width, height))).into_drawing_area();

@@ -8,7 +8,7 @@ use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
-use crate::output::Problem;
+use crate::output::{Contents, Problem, Written};
 use crate::parts::merge::{Merged, Parts};
 use crate::report::Reporter;
 use crate::run::naming::{Destination, Naming, Number, Sink};
@@ -21,9 +21,10 @@ pub(super) fn merge(args: &MergeArgs, reporter: &Reporter) -> Result<u8, Failure
                        `--output NAME` with {n} in the name";
         return Err(Failure::Usage(message.to_owned()));
     }
+    let mut written = Written::default();
     for number in parts.numbers() {
         let merged = parts.join(number, args.max_pixels, args.allow_missing)?;
-        write(&merged, args, &naming, reporter)?;
+        write(&merged, args, &naming, &mut written, reporter)?;
     }
     Ok(0)
 }
@@ -32,6 +33,7 @@ fn write(
     merged: &Merged,
     args: &MergeArgs,
     naming: &Naming,
+    written: &mut Written,
     reporter: &Reporter,
 ) -> Result<(), Failure> {
     let Merged { name, number, picture, n_missing, .. } = merged;
@@ -52,9 +54,12 @@ fn write(
     let shown = match &sink {
         Sink::File(target) => {
             let shown = clean(&target.shown().to_string_lossy()).into_owned();
+            let contents = Contents { name: name.clone(), option: "--output" };
+            written.check(target, &contents)?;
             target
                 .write(args.existing(), &mut { fill })
                 .map_err(|problem| unwritable(problem, &shown))?;
+            written.add(target, contents);
             shown
         }
         Sink::Stdout | Sink::Memory => {

@@ -27,6 +27,7 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
     }
     let threads = threads(args.threads.map_or(0, usize::from))?;
     let mut host = Renders::new(args, &threads, reporter)?;
+    host.perf_map = args.perf_map.then(PerfMap::create).transpose()?;
     match args.frames {
         Some(frames) => {
             let shard = args.parts.shard.map(|choice| choice.resolve()).transpose()?;
@@ -39,6 +40,7 @@ pub(super) fn run(args: &RunArgs, reporter: &Reporter) -> Result<u8, Failure> {
         }
         None => execute(args, &mut host, reporter)?,
     }
+    host.perf_map.take().map_or(Ok(()), PerfMap::finish)?;
     write_stats(args, threads.current_num_threads(), host)?;
     Ok(0)
 }
@@ -76,8 +78,8 @@ pub(super) fn execute(
         ..host.stats.counts
     };
     let (busy, hashing) = (host.busy, host.hash_time);
-    if args.perf_map {
-        host.perf_map = Some(PerfMap::create(&program.bytecode, &source.sources)?);
+    if let Some(map) = &mut host.perf_map {
+        map.name_shaders(&program.bytecode, &source.sources);
     }
     host.parts = Store::open(args, &source.sources)?;
     let outcome = Machine::new(&program, args.limits.machine()).run(host);
@@ -99,8 +101,7 @@ pub(super) fn execute(
         Some(failure) => failure,
         None => source.stopped(error.into_diagnostic(), reporter),
     })?;
-    host.finish_parts()?;
-    host.perf_map.take().map_or(Ok(()), PerfMap::finish)
+    host.finish_parts()
 }
 
 /// A pool of so many threads; 0 stands for one per processor.

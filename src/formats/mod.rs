@@ -12,12 +12,24 @@ mod png;
 mod ppm;
 
 /// Pixels of an image, row by row from the upper left corner.
-#[derive(Debug, PartialEq)]
+#[derive(Debug)]
 pub(crate) enum Pixels {
     /// A byte per channel.
     Bytes(Vec<[u8; 3]>),
     /// Linear light; 1 is full scale.
     Linear(Vec<[f32; 3]>),
+}
+
+/// As in a file: bit for bit, so that NaN is what it is.
+impl PartialEq for Pixels {
+    fn eq(&self, other: &Self) -> bool {
+        let bits = |pixel: &[f32; 3]| pixel.map(f32::to_bits);
+        match (self, other) {
+            (Pixels::Bytes(a), Pixels::Bytes(b)) => a == b,
+            (Pixels::Linear(a), Pixels::Linear(b)) => a.iter().map(bits).eq(b.iter().map(bits)),
+            _ => false,
+        }
+    }
 }
 
 /// An image to be written.
@@ -36,7 +48,7 @@ pub(crate) struct Raster {
     pub(crate) pixels: Vec<[f32; 3]>,
 }
 
-/// An image may have so many pixels to be read; 12 GiB of memory are enough for anybody.
+/// An image may have so many pixels to be read, which take 12 GiB of memory, beside its file.
 const MAX_PIXELS: u64 = 1 << 30;
 
 /// No image of so many pixels needs a larger file; of a file without end, no more is read.

@@ -4,12 +4,15 @@ use std::collections::{HashMap, VecDeque};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::SyncSender;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
 
+use compiler::bytecode::Program;
 use compiler::diagnostic::{Class, Code, Diagnostic as Found, Label};
 use compiler::names::{Names, Use};
 use compiler::source::{FileId, SourceMap, Span};
 use compiler::{parser, preprocess};
 use serde_json::json;
+use vm::error::Error;
 use vm::program::LoadedProgram;
 
 use crate::args::{Inputs, LimitArgs};
@@ -19,6 +22,7 @@ use crate::lsp::Event;
 use crate::lsp::documents::{Document, Open, OpenIncludes, uri_of};
 use crate::lsp::program::predefined;
 use crate::lsp::text::Lines;
+use crate::lsp::timed::Timed;
 use crate::lsp::types::{Diagnostic, Location, Range, RelatedInformation, Severity};
 use crate::report::hint;
 
@@ -27,6 +31,9 @@ const MAX_UNBOUND: usize = 100;
 
 /// For so many of them a name is looked for that may be meant, each time through the whole program.
 const MAX_MEANT: usize = 4;
+
+/// The longest that is waited for a program: instructions, which are limited too, take more or less.
+const MAX_TIME: Duration = Duration::from_secs(10);
 
 /// The most other places that a diagnostic comes with.
 const MAX_RELATED: usize = 16;
@@ -89,9 +96,10 @@ impl Queue {
 
 /// Checks scenes as they come, until there is nobody to tell.
 pub(super) fn work(queue: &Queue, events: &SyncSender<Event>) {
+    let mut runs = Timed::new();
     loop {
         let job = queue.take();
-        let checked = catch_unwind(AssertUnwindSafe(|| check(&job)));
+        let checked = catch_unwind(AssertUnwindSafe(|| check(&job, &mut runs)));
         let event = checked.map_or_else(Event::Crashed, Event::Checked);
         if events.send(event).is_err() {
             return;
@@ -99,10 +107,13 @@ pub(super) fn work(queue: &Queue, events: &SyncSender<Event>) {
     }
 }
 
-fn check(job: &Job) -> Report {
+/// How a program has ended.
+type Outcome = Result<(), Box<Error>>;
+
+fn check(job: &Job, runs: &mut Timed<Outcome>) -> Report {
     let name = job.document.name();
     let mut teller = Teller { job, lines: HashMap::new(), told: Vec::new() };
-    let mut sources = SourceMap::default();
+    let mut sources = SourceMap::with_max_words(job.inputs.max_words);
     let bytes = job.document.text.as_bytes().to_vec();
     let Ok(root) = sources.add(&name, bytes) else {
         let text = Code::SourceTooLarge.explanation();
@@ -117,10 +128,7 @@ fn check(job: &Job) -> Report {
     match compiler::compile(&mut sources, root, &mut includes, &bindings) {
         Err(errors) => errors.iter().for_each(|e| teller.tell(Severity::Error, e, &sources, None)),
         Ok(program) if is_program => {
-            let ended =
-                driver::run_to_the_end(&Arc::new(LoadedProgram::new(program)), LimitArgs::strict());
-            let stopped_at = ended.err().map(|error| {
-                let mut found = error.into_diagnostic();
+            let stopped_at = run(program, runs).map(|mut found| {
                 let span = found.primary.span;
                 // A scene may be right and only need more than an editor should spend on it.
                 let is_limit = found.code.class() == Class::Limit;
@@ -137,13 +145,26 @@ fn check(job: &Job) -> Report {
     teller.report(sources.files().map(|file| file.name.clone()).collect())
 }
 
+/// Runs a program, within limits; returns what has stopped it.
+fn run(program: Program, runs: &mut Timed<Outcome>) -> Option<Found> {
+    let program = Arc::new(LoadedProgram::new(program));
+    let run = move || driver::run_to_the_end(&program, LimitArgs::strict()).map(drop);
+    match runs.within(MAX_TIME, run) {
+        Some(outcome) => outcome.err().map(|error| error.into_diagnostic()),
+        None => {
+            let message = format!("the time limit of {} s is reached", MAX_TIME.as_secs());
+            Some(Found::new(Code::TimeLimit, Span::NONE, message))
+        }
+    }
+}
+
 impl Job {
     /// The scene's files, once more, at the same addresses.
     fn afresh<T>(
         &self,
         read: impl FnOnce(&mut SourceMap, FileId, &mut OpenIncludes<'_>) -> T,
     ) -> Option<T> {
-        let mut sources = SourceMap::default();
+        let mut sources = SourceMap::with_max_words(self.inputs.max_words);
         let bytes = self.document.text.as_bytes().to_vec();
         let root = sources.add(&self.document.name(), bytes).ok()?;
         let mut includes = OpenIncludes::new(&self.document, &self.inputs, &self.open);

@@ -31,6 +31,7 @@ mod message;
 mod program;
 mod requests;
 mod text;
+mod timed;
 mod transport;
 mod types;
 
@@ -59,6 +60,7 @@ enum Event {
 /// When the standard input is no protocol, or the output cannot be written.
 pub(crate) fn serve(args: &LspArgs) -> Result<u8, Failure> {
     let mut inputs = args.inputs.clone();
+    inputs.max_words = inputs.max_words.min(Inputs::STRICT_WORDS);
     // Files have absolute names here, as editors give them.
     for directory in &mut inputs.include_dirs {
         *directory = std::path::absolute(&*directory).unwrap_or_else(|_| directory.clone());

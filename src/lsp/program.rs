@@ -33,7 +33,7 @@ impl Program {
         inputs: &Inputs,
         open: &BTreeMap<String, Document>,
     ) -> Option<Self> {
-        let mut sources = SourceMap::default();
+        let mut sources = SourceMap::with_max_words(inputs.max_words);
         let root = sources.add(&document.name(), document.text.as_bytes().to_vec()).ok()?;
         let mut includes = OpenIncludes::new(document, inputs, open);
         let (tokens, _) = preprocess::tokens_and_errors(&mut sources, root, &mut includes);

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 #[cfg(target_os = "linux")]
 use rustix::fs::RenameFlags;
-use rustix::fs::{AtFlags, Mode, OFlags, linkat, openat, renameat, unlinkat};
+use rustix::fs::{AtFlags, Mode, OFlags, fchmod, linkat, openat, renameat, statat, unlinkat};
 use rustix::io::Errno;
 
 use crate::output::{Existing, Fill, Problem};
@@ -36,6 +36,14 @@ pub(super) fn write(
             (Some(temporary), File::from(file))
         }
     };
+    if existing == Existing::Succeed {
+        // Before there is anything to be read in it.
+        match statat(directory, name.as_ref(), AtFlags::SYMLINK_NOFOLLOW) {
+            Ok(old) => fchmod(&file, Mode::from_raw_mode(old.st_mode))?,
+            Err(Errno::NOENT) => {}
+            Err(error) => return Err(error.into()),
+        }
+    }
     let mut writer = BufWriter::with_capacity(1 << 16, file);
     fill(&mut writer).and_then(|()| writer.flush())?;
     let file = writer.into_inner().map_err(io::IntoInnerError::into_error)?;
@@ -158,7 +166,9 @@ impl<D: AsFd> TemporaryName<'_, D> {
     fn rename(self, name: &OsStr, existing: Existing) -> Result<(), Errno> {
         let _locked = temporary_names();
         match existing {
-            Existing::Replace => renameat(self.directory, &self.name, self.directory, name),
+            Existing::Replace | Existing::Succeed => {
+                renameat(self.directory, &self.name, self.directory, name)
+            }
             Existing::Keep => rename_to_free(self.directory, &self.name, name),
         }
     }
@@ -175,6 +185,37 @@ impl<D: AsFd> Drop for TemporaryName<'_, D> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// What only some may read is never to be read by others, not even while it is written.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn permissions_come_before_contents() {
+        use std::os::unix::fs::PermissionsExt;
+        let sandbox = tempfile::tempdir().expect("a directory");
+        let root = sandbox.path().canonicalize().expect("a directory");
+        let directory = File::open(&root).expect("open");
+        let mode = |path: &std::path::Path| {
+            std::fs::metadata(path).expect("a file").permissions().mode() & 0o777
+        };
+        let secret = root.join("a");
+        std::fs::write(&secret, "old").expect("written");
+        std::fs::set_permissions(&secret, PermissionsExt::from_mode(0o600)).expect("set");
+        let mut modes = Vec::new();
+        let mut fill = |out: &mut dyn Write| {
+            let open =
+                std::fs::read_dir("/proc/self/fd")?.map(|entry| entry.expect("there").path());
+            let is_ours = |link: &std::path::PathBuf| {
+                std::fs::read_link(link).is_ok_and(|to| to.starts_with(&root) && to != root)
+            };
+            modes.extend(open.filter(is_ours).map(|link| mode(&link)));
+            out.write_all(b"new")
+        };
+        write(&directory, "a", Existing::Succeed, &mut fill).expect("written");
+        assert_eq!(modes, [0o600]);
+        assert_eq!(mode(&secret), 0o600);
+        assert_eq!(std::fs::read(&secret).expect("there"), b"new");
+        write(&directory, "b", Existing::Succeed, &mut |_| Ok(())).expect("written");
+    }
 
     /// A file that appears while another is made for its place, after all looking, stays.
     #[test]

@@ -2,7 +2,8 @@
 //!
 //! Names from scenes are not trusted. They are taken apart by [`name`], and followed below the
 //! output directory by [`place`], one component at a time, each opened relative to the handle of
-//! the one before and never through a link. Names from the command line are the user's own.
+//! the one before and never through a link. Names from the command line are the user's own, as far as
+//! nothing in them stands for what a scene gives.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
@@ -15,6 +16,9 @@ use crate::failure::Failure;
 mod atomic;
 mod name;
 mod place;
+mod written;
+
+pub(crate) use written::{Contents, Written};
 
 /// Why a file is not written.
 #[derive(Debug)]
@@ -38,6 +42,8 @@ impl Problem {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Existing {
     Replace,
+    /// As [`Existing::Replace`], and the new file has its permissions.
+    Succeed,
     /// It stays, and writing fails.
     Keep,
 }
@@ -60,7 +66,7 @@ type Fill<'f> = &'f mut dyn FnMut(&mut dyn Write) -> io::Result<()>;
 /// A file to be written, whose name has been found good.
 #[derive(Debug)]
 pub(crate) enum Target {
-    /// Named by a scene: components below a directory.
+    /// Named by a scene, wholly or in part: components below a directory.
     Below { root: PathBuf, components: Vec<String> },
     /// Named by the user.
     Path(PathBuf),

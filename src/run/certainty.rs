@@ -1,6 +1,5 @@
 //! How the pixels of an image are known: counted, in words, and as a picture.
 
-use std::io::Write;
 use std::path::Path;
 
 use compiler::diagnostic::{Diagnostic, grouped};
@@ -13,7 +12,7 @@ use crate::args::ImageFormat;
 use crate::failure::Failure;
 use crate::formats::{self, Picture, Pixels};
 use crate::output::{Existing, Problem, Target};
-use crate::run::naming::{self, Number};
+use crate::run::naming;
 
 /// Numbers of pixels by how they are known.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -104,45 +103,24 @@ pub(crate) fn check_name(file: &Path, has_frames: bool) -> Result<(), Failure> {
     naming::check_placeholders("--mark-uncertain", &file.to_string_lossy(), has_frames)
 }
 
-/// Writes the picture of how the pixels of a job's image are known.
+/// Writes the picture of how the pixels of an image are known.
 ///
 /// # Errors
 /// When it cannot be written.
-pub(crate) fn write_marks(
-    file: &Path,
-    job: &RenderJob<'_>,
-    number: Number,
+pub(super) fn write_marks(
+    target: &Target,
     certainties: &[Certainty],
     picture: &Picture,
     existing: Existing,
-) -> Result<(), Box<Diagnostic>> {
+) -> Result<(), Problem> {
     let marks = marks(certainties, picture);
-    let mut fill = |out: &mut dyn Write| formats::write(ImageFormat::Png, &marks, out);
-    with_target(file, job, number, |target| target.write(existing, &mut fill))
+    target.write(existing, &mut |out| formats::write(ImageFormat::Png, &marks, out))
 }
 
-/// Fails if a file that is to stay has the name of the picture of marks.
-///
-/// # Errors
-/// When it has.
-pub(super) fn check_existing(
-    file: &Path,
-    job: &RenderJob<'_>,
-    number: Number,
-    existing: Existing,
-) -> Result<(), Box<Diagnostic>> {
-    with_target(file, job, number, |target| target.check(existing))
-}
-
-/// Does something with the file for the marks of a job's image.
-fn with_target(
-    file: &Path,
-    job: &RenderJob<'_>,
-    number: Number,
-    act: impl FnOnce(Target) -> Result<(), Problem>,
-) -> Result<(), Box<Diagnostic>> {
-    let done = naming::filled(file, &job.name, number).and_then(|path| act(Target::path(path)));
-    done.map_err(|problem| super::unwritable(problem, job, &file.to_string_lossy(), Path::new(".")))
+/// The error that says why the picture of marks of a job's image is not written.
+pub(super) fn unwritable(problem: Problem, job: &RenderJob<'_>, file: &Path) -> Box<Diagnostic> {
+    let directory = file.parent().filter(|parent| !parent.as_os_str().is_empty());
+    super::unwritable(problem, job, &file.to_string_lossy(), directory.unwrap_or(Path::new(".")))
 }
 
 /// The picture of how the pixels of another are known.

@@ -18,7 +18,7 @@ use crate::formats::{self, Picture};
 use crate::frames;
 use crate::load::is_stdio;
 use crate::measure::machine;
-use crate::output::{Problem, Target};
+use crate::output::{Contents, Problem, Target, Written};
 use crate::parts::store::{self, ImageParts, Store};
 use crate::perf::PerfMap;
 use crate::preview::Preview;
@@ -60,6 +60,8 @@ pub(crate) struct Renders<'a> {
     naming: Naming,
     /// What the run has had so far, with the current image.
     used: Used,
+    /// Where images have gone, with their marks.
+    written: Written,
     /// Where images are drawn besides, if they are.
     preview: Option<Preview>,
     /// The frame that is being run, if there are frames.
@@ -139,6 +141,7 @@ impl<'a> Renders<'a> {
             threads,
             naming,
             used: Used::default(),
+            written: Written::default(),
             preview: None,
             frame: None,
             stats: Stats::default(),
@@ -194,7 +197,7 @@ impl<'a> Renders<'a> {
 
     /// Tells how the pixels of an image are known, if that was asked for.
     fn certainty(
-        &self,
+        &mut self,
         job: &RenderJob<'_>,
         traced: &Traced,
     ) -> Result<Option<Known>, Box<Diagnostic>> {
@@ -202,26 +205,47 @@ impl<'a> Renders<'a> {
         let known = Known::count(certainties);
         self.reporter.note(&format!("  {}", known.line()));
         if let Some(file) = &self.args.mark_uncertain {
-            let (number, existing) = (self.number(), self.args.outputs.existing());
-            certainty::write_marks(file, job, number, certainties, &traced.picture, existing)?;
+            let (target, existing) = (self.marks(file, job)?, self.args.outputs.existing());
+            self.check_written(&target, marks_of(job))?;
+            certainty::write_marks(&target, certainties, &traced.picture, existing)
+                .map_err(|problem| certainty::unwritable(problem, job, file))?;
+            self.written.add(&target, marks_of(job));
         }
         Ok(Some(known))
     }
 
+    /// The file for the marks of a job's image.
+    fn marks(&self, file: &Path, job: &RenderJob<'_>) -> Result<Target, Box<Diagnostic>> {
+        let target = naming::filled(file, &job.name, self.number());
+        target.map_err(|problem| certainty::unwritable(problem, job, file))
+    }
+
+    /// Fails if something else of this run has been written there.
+    fn check_written(
+        &mut self,
+        target: &Target,
+        contents: Contents,
+    ) -> Result<(), Box<Diagnostic>> {
+        self.written.check(target, &contents).map_err(|failure| self.stop(failure))
+    }
+
     /// Fails if a file that is to stay has the name of the image or of its marks.
     fn check_existing(
-        &self,
+        &mut self,
         job: &RenderJob<'_>,
         destination: &Destination,
         shown: &str,
     ) -> Result<(), Box<Diagnostic>> {
         let existing = self.args.outputs.existing();
         if let Sink::File(target) = &destination.sink {
+            self.check_written(target, image_of(job))?;
             let checked = target.check(existing);
             checked.map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir))?;
         }
         let Some(file) = &self.args.mark_uncertain else { return Ok(()) };
-        certainty::check_existing(file, job, self.number(), existing)
+        let target = self.marks(file, job)?;
+        self.check_written(&target, marks_of(job))?;
+        target.check(existing).map_err(|problem| certainty::unwritable(problem, job, file))
     }
 
     /// Which image the current one is.
@@ -321,11 +345,13 @@ impl<'a> Renders<'a> {
         match &destination.sink {
             Sink::Stdout => console::data(|out| formats::write(format, picture, out))
                 .map_err(|failure| self.stop(failure))?,
-            Sink::File(target) => target
-                .write(self.args.outputs.existing(), &mut |out| {
-                    formats::write(format, picture, out)
-                })
-                .map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir))?,
+            Sink::File(target) => {
+                let mut fill = |out: &mut dyn io::Write| formats::write(format, picture, out);
+                target
+                    .write(self.args.outputs.existing(), &mut fill)
+                    .map_err(|problem| unwritable(problem, job, shown, &self.args.out_dir))?;
+                self.written.add(target, image_of(job));
+            }
             Sink::Memory => {
                 let mut file = Vec::new();
                 formats::write(format, picture, &mut file)
@@ -362,6 +388,16 @@ impl Host for Renders<'_> {
         self.busy += start.elapsed();
         outcome
     }
+}
+
+/// What the file of a job's image holds.
+fn image_of(job: &RenderJob<'_>) -> Contents {
+    Contents { name: job.name.to_string(), option: "--output" }
+}
+
+/// What the file of its marks holds.
+fn marks_of(job: &RenderJob<'_>) -> Contents {
+    Contents { name: job.name.to_string(), option: "--mark-uncertain" }
 }
 
 /// What ends a program for a reason that is none of its own, which the host keeps; never shown.

@@ -79,9 +79,9 @@ impl Naming {
                 (Sink::Memory, formats::of_name(Path::new(name)))
             }
             Naming::Template(template) => {
-                let path = filled(template, name, number)?;
-                let by_name = formats::of_name(&path);
-                (Sink::File(Target::path(path)), by_name)
+                let target = filled(template, name, number)?;
+                let by_name = formats::of_name(&target.shown());
+                (Sink::File(target), by_name)
             }
             Naming::Scene(directory) => {
                 let by_name = formats::of_name(Path::new(name));
@@ -154,20 +154,21 @@ pub(super) fn check_placeholders(
     Ok(())
 }
 
-/// The template with its placeholders replaced, for the image that the scene calls `name`.
+/// The file that a template stands for, for the image that the scene calls `name`. From the component
+/// on that has the scene's name in it, the path is trusted as little as the scene.
 ///
 /// # Errors
 /// When the scene's name is not allowed.
-pub(super) fn filled(template: &Path, name: &str, number: Number) -> Result<PathBuf, Problem> {
-    let Some(text) = template.to_str() else { return Ok(template.to_owned()) };
+pub(super) fn filled(template: &Path, name: &str, number: Number) -> Result<Target, Problem> {
+    let Some(text) = template.to_str() else { return Ok(Target::path(template.to_owned())) };
     // The scene's name could hold `{n}`, which is no placeholder there, and so comes last.
     let text = text.replace("{n}", &number.image.to_string());
     let text = number.frame.map_or(text.clone(), |n| text.replace("{frame}", &format!("{n:04}")));
-    if !text.contains("{name}") {
-        return Ok(PathBuf::from(text));
-    }
+    let Some(at) = text.find("{name}") else { return Ok(Target::path(PathBuf::from(text))) };
     let stem = output::stem(name).map_err(Problem::Refused)?;
-    Ok(PathBuf::from(text.replace("{name}", stem)))
+    let (directory, below) = text.split_at(text[..at].rfind('/').map_or(0, |slash| slash + 1));
+    let directory = if directory.is_empty() { "." } else { directory };
+    Target::below(Path::new(directory), &below.replace("{name}", stem))
 }
 
 #[cfg(test)]
@@ -178,12 +179,15 @@ mod tests {
     fn placeholders_are_filled() {
         let number = Number { image: 7, frame: Some(12) };
         let fill = |template: &str, name: &str| {
-            filled(Path::new(template), name, number).map(|path| path.display().to_string()).ok()
+            let target = filled(Path::new(template), name, number).ok()?;
+            Some(target.shown().display().to_string())
         };
         assert_eq!(fill("{frame}/{name}", "{frame}.ppm").as_deref(), Some("0012/{frame}"));
         assert_eq!(fill("out/{name}-{n}.png", "a/b.ppm").as_deref(), Some("out/b-7.png"));
         assert_eq!(fill("{name}", "x{n}.ppm").as_deref(), Some("x{n}"));
+        assert_eq!(fill("/{name}/{n}.png", "a").as_deref(), Some("/a/7.png"));
         assert_eq!(fill("{name}.png", "../b.ppm"), None);
+        assert_eq!(fill("out/{name}/../b.png", "a.ppm"), None);
         assert_eq!(fill("x.png", "../b.ppm").as_deref(), Some("x.png"));
     }
 

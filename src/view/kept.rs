@@ -120,7 +120,7 @@ impl Kept {
         }
         let Pixels::Bytes(pixels) = &self.traced.picture.pixels else { return None };
         let color = pixels[y as usize * width as usize + x as usize];
-        let (scene, functions) = self.scene.get_or_init(|| surfaces::scene(&self.object));
+        let (scene, functions) = self.scene();
         let counting = Counting::new(&self.program, functions, limits.machine());
         let Plan { view, illumination } = &self.plan;
         let work = |counting: &Counting<'_>| counting.instructions;

@@ -5,7 +5,6 @@
 
 use std::collections::HashMap;
 use std::ffi::OsString;
-use std::fs;
 use std::io::{self, BufRead, BufReader, Read, Write};
 use std::path::PathBuf;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -21,7 +20,7 @@ use crate::clean::clean;
 use crate::console;
 use crate::failure::Failure;
 use crate::load;
-use crate::output::Target;
+use crate::output::{Existing, Target};
 use crate::report::plain_json;
 use crate::view::http::Status;
 use crate::view::protocol::{About, Choice, Map, Question, Task};
@@ -113,8 +112,7 @@ impl Session {
     /// # Errors
     /// When this program cannot be found.
     pub(super) fn new(args: &ViewArgs, line: &[OsString]) -> io::Result<Self> {
-        let with_name = std::iter::once(OsString::new()).chain(line.iter().cloned()).collect();
-        let line = of_worker(with_name).into_iter().skip(1).collect();
+        let line = of_worker(line.to_owned());
         let state = State {
             number: 0,
             events: Vec::new(),
@@ -222,13 +220,11 @@ impl Session {
         if !is_known || revision != state.revision {
             return refuse(Status::Conflict, "the file has been changed by somebody else");
         }
-        let permissions = fs::metadata(&self.args.scene).map(|metadata| metadata.permissions());
         let target = Target::path(self.args.scene.clone());
-        if let Err(failure) = target.write_plain(&mut |out| out.write_all(text.as_bytes())) {
-            return refuse(Status::Failed, failure.message().unwrap_or_default());
+        let mut fill = |out: &mut dyn Write| out.write_all(text.as_bytes());
+        if let Err(problem) = target.write(Existing::Succeed, &mut fill) {
+            return refuse(Status::Failed, target.failure(problem).message().unwrap_or_default());
         }
-        // It is a new file in the place of the old one.
-        let _ = permissions.and_then(|of_old| fs::set_permissions(&self.args.scene, of_old));
         state.on_disk = Some(text.into());
         state.revision += 1;
         self.tell_source(&mut state, text);

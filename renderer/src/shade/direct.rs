@@ -79,7 +79,8 @@ impl<R: Real, E: SurfaceEval> Shader<'_, R, E> {
     }
 }
 
-/// Whether light of this intensity leaves the sums as they are: finite numbers times 0 do.
+/// Whether light of this intensity leaves the sums as they are: finite numbers times 0 do, but for the
+/// sign of a zero, which no pixel has.
 #[inline(always)]
 fn adds_nothing<R: Real>(sample: &Sample<R>, intensity: Vec3<R>) -> bool {
     sample.kd.is_surely_zero() && sample.ks.is_surely_zero() && intensity.to_dvec3().is_finite()

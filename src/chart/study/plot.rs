@@ -29,6 +29,15 @@ fn decades(range: [f64; 2], from: f64, label: fn(f64) -> String) -> Axis {
     Axis { range, ticks: (low..=high).step_by(step).map(f64::from).collect(), label }
 }
 
+/// An axis of multiples of ten.
+fn tens(range: [f64; 2]) -> Axis {
+    let [low, high] = range;
+    let step = 10.0 * (high / (10.0 * MAX_TICKS)).ceil().max(1.0);
+    let all = (0..).map(|n| f64::from(n) * step);
+    let ticks = all.take_while(|tick| *tick <= high).filter(|tick| *tick >= low).collect();
+    Axis { range, ticks, label: |tick| format!("{tick}") }
+}
+
 /// A power of ten, as short as it gets.
 fn power(exponent: f64) -> String {
     if (-3.0..=3.0).contains(&exponent) {
@@ -70,8 +79,7 @@ pub(super) fn draw_curves<B: DrawingBackend>(
     let x_of = |x: f64| if is_linear { x } else { x.log10() };
     let [low, high] = padded(range(points().map(|[x, _]| x_of(x))), 0.0);
     let (x_axis, x_title) = if is_linear {
-        let ticks = (0..=high as u32).step_by(10).map(f64::from).filter(|t| *t >= low).collect();
-        (Axis { range: [low, high], ticks, label: |tick| format!("{tick}") }, "reflections")
+        (tens([low, high]), "reflections")
     } else {
         let label = |tick: f64| short(10_f64.powf(tick));
         (decades([low, high], low, label), "distance in radii")
@@ -174,6 +182,11 @@ mod tests {
             let axis = decades([-width, 0.0], -width, power);
             assert!((2..=9).contains(&axis.ticks.len()), "{width}: {:?}", axis.ticks);
         }
+        for high in [1.0, 80.0, 81.0, 1e4, 1e12, f64::MAX] {
+            let axis = tens([1.0, high]);
+            assert!(axis.ticks.len() <= 8, "{high}: {:?}", axis.ticks);
+        }
+        assert_eq!(tens([1.0, 64.0]).ticks, [10.0, 20.0, 30.0, 40.0, 50.0, 60.0]);
         assert_eq!([-17.0, -2.0, 0.0].map(power), ["1e-17", "0.01", "1"]);
     }
 }

@@ -94,7 +94,7 @@ function showProblems(diagnostics) {
     const button = make("button", "", make("b", "", message), " ");
     const span = spans.find((span) => span.primary);
     button.append(make("code", "", [code, span && `${span.file}:${span.line}:${span.column}`].filter(Boolean).join(" · ")));
-    const calls = trace.map((call) => `called at ${call.file}:${call.line}:${call.column} in ${call.within}` + (call.repeats ? `, ${call.repeats} times more` : ""));
+    const calls = trace.map((call) => `called at ${call.file}:${call.line}:${call.column} in ${call.within}` + (call.repeats > 1 ? `, ${call.repeats - 1} times more` : ""));
     const labels = spans.filter((span) => span.label).map((span) => `${span.line}: ${span.label}`);
     for (const line of [...labels, ...calls, ...notes, ...helps]) button.append(make("span", "", line));
     const here = spans.find((span) => span.file === editor.name && span.primary) || spans.find((span) => span.file === editor.name);
