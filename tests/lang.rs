@@ -90,6 +90,41 @@ fn crowded_functions_spill() {
     assert_eq!(outcome(&branch), format!("1 {expected} 1 7"));
 }
 
+/// A binding is used as often as a program has words.
+#[test]
+fn uses_beyond_sixteen_bits() {
+    let n = 1 << 16;
+    let uses = "x ".repeat(n - 1);
+    let program = format!("{{ /x {uses} x 1 addi /y x }} /f [ 7 f apply ] /a a length a 0 get");
+    assert_eq!(outcome(&program), format!("{n} 7"));
+}
+
+/// What both sides of a condition leave finds places beside any number of bindings.
+#[test]
+fn sides_meet_beside_many_bindings() {
+    for n in 180..256 {
+        let names: Vec<String> = (0..n).map(|n| format!("p{n}")).collect();
+        let binders: String = names.iter().rev().map(|name| format!("/{name} ")).collect();
+        let values =
+            |range: std::ops::Range<u32>| -> String { range.map(|n| format!("{n} ")).collect() };
+        let (yes, no) = (values(0..64), values(1..65));
+        let (arguments, uses) = (values(0..n), names.join(" "));
+        for (a, b) in [(&yes, &no), (&no, &yes)] {
+            let program = format!(
+                "{{ {binders} p0 1 addi /s p1 p2 lessi {{ {a} }} {{ s s {b} }} if addi {uses} s }} /f \
+                 [ {arguments} f apply ] /r r length r 0 get r 61 get r 62 get"
+            );
+            let expected = a.split_whitespace().collect::<Vec<_>>();
+            let sum: u32 = expected[62..].iter().map(|n| n.parse::<u32>().expect("a number")).sum();
+            assert_eq!(
+                outcome(&program),
+                format!("{} {} {} {sum}", 63 + n + 1, expected[0], expected[61]),
+                "{n}"
+            );
+        }
+    }
+}
+
 fn letters(mut n: usize) -> String {
     let mut name = String::new();
     loop {

@@ -126,7 +126,8 @@ fn join(
 fn unify(here: &mut FunctionBuilder, first: &mut Arm, second: &mut Arm) {
     let mut n_kept = first.entries.len().min(second.entries.len());
     let free = (0..=u8::MAX).filter(|&r| first.registers.is_free(r) && second.registers.is_free(r));
-    if free.count() < n_kept {
+    // One more is left for what the others are loaded into on their way to the operand stack.
+    if free.count() <= n_kept {
         n_kept = 0;
     }
     let split = |arm: &mut Arm| arm.entries.split_off(arm.entries.len() - n_kept);
