@@ -353,6 +353,11 @@ impl FunctionBuilder {
         self.entries.push(entry);
     }
 
+    /// Number of values that the function captures.
+    pub(super) fn n_captures(&self) -> usize {
+        self.function.captures.len()
+    }
+
     /// Captures a value of the function around this one.
     pub(super) fn capture(&mut self, name: &Arc<str>, source: CaptureSource) -> Operand {
         let function = &mut self.function;
