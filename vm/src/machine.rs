@@ -88,7 +88,7 @@ impl<'p> Machine<'p> {
             imports: Imports::default(),
             settled: program.heap.n_cells(),
             surfaces: Vec::new(),
-            stack: OperandStack::default(),
+            stack: OperandStack::new(limits.max_memory),
             registers: Registers::default(),
             frames: Vec::new(),
             closure: 0,
