@@ -125,6 +125,22 @@ fn sides_meet_beside_many_bindings() {
     }
 }
 
+/// Captured values count as instructions when a closure is made: they take as long.
+#[test]
+fn captured_values_take_fuel() {
+    let names: Vec<String> = (0..1000).map(|n| format!("a{n}")).collect();
+    let binders: String = names.iter().map(|name| format!("/{name} ")).collect();
+    let (ones, uses) = ("1 ".repeat(1000), names.join(" "));
+    // Each round has some ten instructions, but makes a closure of a thousand values.
+    let program = format!(
+        "{{ {binders} {{ /self /n n 0 eqi {{ }} {{ {{ {uses} }} /g n 1 subi self self apply }} if }} }} /f \
+         {ones} f apply /loop"
+    );
+    assert_eq!(outcome(&format!("{program} 1000 loop loop apply")), "");
+    let ended = outcome(&format!("{program} 60000 loop loop apply"));
+    assert!(ended.starts_with("error E0401"), "{ended}");
+}
+
 fn letters(mut n: usize) -> String {
     let mut name = String::new();
     loop {

@@ -19,7 +19,7 @@ use crate::word::{Tag, Word};
 /// What a program may use up.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Instructions, counted as the length of each called function.
+    /// Instructions, counted as the length of each called function, and values that closures capture.
     pub fuel: u64,
     /// Calls active at once.
     pub max_depth: usize,

@@ -399,10 +399,12 @@ impl<'p> Specializer<'p> {
     fn add_costs(&mut self, code: &Function) {
         // A register, a value on the stack and one in an array or closure.
         let value = 3 * size_of::<[u64; 4]>() as u64;
+        let captured = |insn: &Insn| match insn.op {
+            Opcode::MakeClosure => self.program.functions[insn.imm as usize].captures.len() as u64,
+            _ => 0,
+        };
         let made = |insn: &Insn| match insn.op {
-            Opcode::MakeClosure => {
-                self.program.functions[insn.imm as usize].captures.len() as u64 + 1
-            }
+            Opcode::MakeClosure => captured(insn) + 1,
             Opcode::Push3 => 3,
             _ => 2,
         };
@@ -413,7 +415,7 @@ impl<'p> Specializer<'p> {
             code.code.iter().map(made).sum::<u64>() + u64::from(code.n_registers + code.n_slots);
         let n_holders = code.code.iter().filter(is_holder).count() as u64;
         let costs = &mut self.work.body.costs;
-        costs.fuel += code.code.len() as u64;
+        costs.fuel += code.code.len() as u64 + code.code.iter().map(captured).sum::<u64>();
         costs.memory += value * n_values;
         costs.n_holders += n_holders;
     }
