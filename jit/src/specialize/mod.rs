@@ -25,6 +25,7 @@ mod routines;
 mod shape;
 mod step;
 
+use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
@@ -39,7 +40,7 @@ use crate::sir::{
 };
 use crate::specialize::path::Path;
 use crate::specialize::routines::Record;
-use crate::sym::{Captures, Num, Sym, TableView};
+use crate::sym::{Captures, MAX_COMPARED, Num, Sym, TableView};
 use crate::unsupported::Unsupported;
 
 /// Bounds of one specialization. A program that passes them would make a large and slow-to-compile
@@ -306,6 +307,14 @@ impl<'p> Specializer<'p> {
         Ok(())
     }
 
+    /// Whether both are the same value for sure; comparing them counts as work.
+    fn is_same(&mut self, a: &Sym, b: &Sym) -> Run<bool> {
+        let left = Cell::new(MAX_COMPARED);
+        let is_same = a.is_same_within(b, &left);
+        self.take_steps((MAX_COMPARED - left.get()) / STEP_VALUES)?;
+        Ok(is_same)
+    }
+
     /// Runs the ways that a state may go, each in a block of its own, up to `stop`, and joins them.
     fn fork(&mut self, ways: Vec<(Block, State)>, stop: Stop) -> Run<Option<State>> {
         let n_copied = ways.iter().map(|(_, state)| state.stack.len() + state.frames.len());
@@ -374,6 +383,7 @@ impl<'p> Specializer<'p> {
         self.work.n_entries += 1;
         let (captures, head) = self.loop_head(state, captures, ordinal)?;
         entries.push(Entry { function, forks: state.forks, head, ordinal });
+        self.take_steps(code.n_slots as usize / STEP_VALUES)?;
         let n_registers = (code.n_registers + code.n_slots) as usize;
         let registers = vec![Sym::Dead; n_registers];
         state.frames.push(Rc::new(Frame { function, pc: 0, registers, captures, entries }));
