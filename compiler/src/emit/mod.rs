@@ -177,8 +177,7 @@ impl Emitter {
 
     /// Refers to a binding, of this function or of one around it.
     fn name(&mut self, name: &Arc<str>, span: Span) {
-        let Some(level) = self.builders.iter().rposition(|builder| builder.lookup(name).is_some())
-        else {
+        let Some(level) = self.level(name) else {
             let here = self.here();
             let index = here.constant(&Constant::Str(name.clone()));
             here.emit(Opcode::Unbound, [0; 3], index, Origin { span, ..Origin::default() });
@@ -198,6 +197,24 @@ impl Emitter {
             self.n_captures += builder.n_captures() - n_before;
         }
         self.here().push_bound(name, operand, span);
+    }
+
+    /// Where among the builders a name is bound.
+    fn level(&mut self, name: &Arc<str>) -> Option<usize> {
+        let (here, around) = self.builders.split_last_mut()?;
+        if here.lookup(name).is_some() {
+            return Some(around.len());
+        }
+        if let Some(known) = here.outside.get(name) {
+            return *known;
+        }
+        let level = around.iter().rposition(|builder| builder.lookup(name).is_some());
+        let bound = level.and_then(|level| around[level].lookup(name));
+        // All others are captured, and then bound here.
+        if matches!(bound, None | Some(Operand::Constant(_))) {
+            here.outside.insert(name.clone(), level);
+        }
+        level
     }
 
     /// A literal function that becomes a closure.
