@@ -16,6 +16,7 @@ Ends with 1 if a file is torn. Only the standard library is used; Linux only.
 
 import argparse
 import hashlib
+import itertools
 import json
 import os
 import random
@@ -98,6 +99,17 @@ def measured(args):
     return child.returncode, time.monotonic() - begun, busy, usage.ru_maxrss / 1024
 
 
+def nested_uses(n_names, depth):
+    """A function whose parameters are used within many others."""
+    names = [f"a{n} " for n in range(n_names)]
+    return ["{ ", *("/" + name for name in names), "{ " * depth, *names, "} " * depth, "} "]
+
+
+def conditions(n_values, depth):
+    """A function that leaves values and decides what else, condition within condition."""
+    return ["{ /x ", "x " * n_values, "x { } { " * depth, "} if " * depth, "} "]
+
+
 def hostile(gmlvm, folder, _):
     million = 10**6
     texts = {
@@ -116,6 +128,15 @@ def hostile(gmlvm, folder, _):
         "131 072 functions": ("{ } " for _ in range(1 << 17)),
         "131 072 bindings": (f"1 /n{i} " for i in range(1 << 17)),
         "262 144 unknown names": (f"n{i} " for i in range(1 << 18)),
+        "names of 60 000 letters": (c * 60_000 + " " for c in ["1 /a", "b"]),
+        "20 000 names used 490 deep": nested_uses(20_000, 490),
+        "a name of a constant used 490 deep": ("1 /x ", "{ " * 490, "x " * 260_000, "} " * 490),
+        "unknown names 490 deep": ("{ " * 490, "x " * 260_000, "} " * 490),
+        "480 conditions behind 40 000 values": conditions(40_000, 480),
+        "ends of 480 conditions, behind 32 values": itertools.chain.from_iterable(
+            conditions(32, 480) for _ in range(77)
+        ),
+        "200 000 values 490 deep in arrays": ("{ /x ", "[ " * 490, "x x addi " * 80_000, "] " * 490, "} "),
     }
     for name, pieces in texts.items():
         path = folder / "hostile.gml"
@@ -132,11 +153,23 @@ def memory(gmlvm, folder, _):
     path = folder / "memory.gml"
     path.write_text("")
     _, _, _, empty = measured([gmlvm, "eval", path])
-    path.write_text("{ /self /a [ a " + "0 " * 1000 + "] self self apply } /f 1 f f apply")
-    for limit in (64, 256, 512):
-        code, _, _, used = measured([gmlvm, "eval", path, "--max-memory", f"{limit}M", "--max-depth", 10**9])
+    arrays = "{ /self /a [ a " + "0 " * 1000 + "] self self apply } /f 1 f f apply "
+    programs = {
+        "arrays": (arrays, ["eval"]),
+        "operands": ("{ /self 1 2 3 4 5 6 7 8 9 self self apply } /f f f apply", ["eval"]),
+        "calls": ("{ /self self self apply 1 } /f f f apply", ["eval"]),
+        "a surface call": (
+            "{ /v /u /face " + arrays + "} sphere 0.0 0.0 3.0 translate /s "
+            '1.0 1.0 1.0 point [ ] s 1 60.0 1 1 "m.ppm" render',
+            ["run", "-q", "-j1", "-o", folder],
+        ),
+    }
+    for (name, (text, command)), limit in itertools.product(programs.items(), (66, 250, 500)):
+        path.write_text(text)
+        limits = ["--max-memory", f"{limit}M", "--max-depth", 10**9]
+        code, _, _, used = measured([gmlvm, *command, path, *limits])
         over = 100 * (used - empty - limit) / limit
-        print(f"memory   --max-memory {limit}M: exit {code}, {used - empty:.0f} MiB beyond an empty program, {over:+.1f} %")
+        print(f"memory   {name} --max-memory {limit}M: exit {code}, {used - empty:.0f} MiB beyond an empty program, {over:+.1f} %")
     return 0
 
 

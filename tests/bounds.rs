@@ -1,6 +1,7 @@
 //! Surface functions that would keep a compiler busy for ever, if it had no bounds: they are declined
 //! or compiled, and give what the interpreter gives. Without the bounds these tests do not end.
 
+use jit::shaders::Evaluation;
 use renderer::surface::SurfacePoint;
 use support::agreement::agree;
 use vm::machine::Limits;
@@ -12,11 +13,16 @@ mod support {
 
 const LIMITS: Limits = Limits { fuel: 10_000_000, max_depth: 100_000, max_memory: 1 << 30 };
 
-fn check(before: &str, gray: &str) {
+fn check(before: &str, gray: &str) -> Evaluation {
     let text = format!("{before} {{ /v /u /face {gray} /x x x x point 1.0 0.0 1.0 }}");
     let points = [(0, 0.25, 0.75), (3, 0.75, 0.25)].map(|(face, u, v)| SurfacePoint { face, u, v });
-    let results = agree(&text, LIMITS, points.into_iter()).expect("a surface function").results;
-    assert!(results.iter().all(Result::is_ok), "{results:?}");
+    let agreed = agree(&text, LIMITS, points.into_iter()).expect("a surface function");
+    assert!(agreed.results.iter().all(Result::is_ok), "{:?}", agreed.results);
+    agreed.evaluation
+}
+
+fn is_native(evaluation: &Evaluation) -> bool {
+    matches!(evaluation, Evaluation::Native { .. } | Evaluation::Constant)
 }
 
 /// Makes of a value an array of 2^n times the value, in n steps.
@@ -93,4 +99,48 @@ fn values_that_nest_deeply() {
     check("", &format!("u 0.5 lessf {{ u {} }} {{ v }} if /a 1.0", "/x [x] ".repeat(32_000)));
     let nest = "/x { x } ".repeat(20_000);
     check("", &format!("u 0.5 lessf {{ u {nest} }} {{ v {nest} }} if /a 1.0"));
+}
+
+/// A function that leaves a number after fifty rounds. Each takes values along that are made anew, of
+/// so many others in so many levels; and each of 2^`n_conditions` ways ends in a round.
+fn rebuilding(n_values: usize, levels: usize, n_alike: usize, n_conditions: usize) -> String {
+    let level = format!("/part [ {} ] ", "part ".repeat(n_alike));
+    let value = format!("[ {} ] {}", "z ".repeat(n_alike), level.repeat(levels));
+    let names: Vec<String> = (0..n_values).map(|n| format!("value{n}")).collect();
+    let binders: String = names.iter().rev().map(|name| format!("/{name} ")).collect();
+    let made: String = names.iter().map(|name| format!("{value} /{name} ")).collect();
+    let taken = names.join(" ");
+    let ways = (0..n_conditions).fold(format!("n 1 addi {taken} self self apply "), |ways, n| {
+        format!("u {n}.5 lessf {{ {ways}}} {{ {ways}}} if ")
+    });
+    format!(
+        "v /z {{ /self {binders} /n {made} n 50 lessi {{ {ways} }} {{ n real }} if }} /loop \
+         {made} 0 {taken} loop loop apply"
+    )
+}
+
+#[test]
+fn rounds_that_rebuild_what_they_take_along() {
+    assert!(is_native(&check("", &rebuilding(1, 1, 29, 2))));
+    // Comparing the rounds of all ways takes too long; and of the second, for one way.
+    assert!(!is_native(&check("", &rebuilding(16, 1, 29, 7))));
+    check("", &rebuilding(1, 4, 30, 6));
+}
+
+#[test]
+fn closures_of_many_captured_values() {
+    // Entering a function takes time with what it has captured, and so does making another.
+    let rounds = |n_rounds: usize| {
+        let names: Vec<String> = (0..20_000).map(|n| format!("a{n}")).collect();
+        let binders: String = names.iter().map(|name| format!("/{name} ")).collect();
+        let (values, uses) = ("1 ".repeat(names.len()), names.join(" "));
+        let round = format!("{{ {uses} }} /closure n 1 subi self self apply");
+        let before = format!(
+            "{{ {binders} {{ /self /n n 0 eqi {{ 0.5 }} {{ {round} }} if }} }} /make \
+             {values} make apply /loop"
+        );
+        check(&before, &format!("{n_rounds} loop loop apply"))
+    };
+    assert!(is_native(&rounds(20)));
+    assert!(!is_native(&rounds(60)));
 }

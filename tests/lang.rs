@@ -90,6 +90,57 @@ fn crowded_functions_spill() {
     assert_eq!(outcome(&branch), format!("1 {expected} 1 7"));
 }
 
+/// A binding is used as often as a program has words.
+#[test]
+fn uses_beyond_sixteen_bits() {
+    let n = 1 << 16;
+    let uses = "x ".repeat(n - 1);
+    let program = format!("{{ /x {uses} x 1 addi /y x }} /f [ 7 f apply ] /a a length a 0 get");
+    assert_eq!(outcome(&program), format!("{n} 7"));
+}
+
+/// What both sides of a condition leave finds places beside any number of bindings.
+#[test]
+fn sides_meet_beside_many_bindings() {
+    for n in 180..256 {
+        let names: Vec<String> = (0..n).map(|n| format!("p{n}")).collect();
+        let binders: String = names.iter().rev().map(|name| format!("/{name} ")).collect();
+        let values =
+            |range: std::ops::Range<u32>| -> String { range.map(|n| format!("{n} ")).collect() };
+        let (yes, no) = (values(0..64), values(1..65));
+        let (arguments, uses) = (values(0..n), names.join(" "));
+        for (a, b) in [(&yes, &no), (&no, &yes)] {
+            let program = format!(
+                "{{ {binders} p0 1 addi /s p1 p2 lessi {{ {a} }} {{ s s {b} }} if addi {uses} s }} /f \
+                 [ {arguments} f apply ] /r r length r 0 get r 61 get r 62 get"
+            );
+            let expected = a.split_whitespace().collect::<Vec<_>>();
+            let sum: u32 = expected[62..].iter().map(|n| n.parse::<u32>().expect("a number")).sum();
+            assert_eq!(
+                outcome(&program),
+                format!("{} {} {} {sum}", 63 + n + 1, expected[0], expected[61]),
+                "{n}"
+            );
+        }
+    }
+}
+
+/// Captured values count as instructions when a closure is made: they take as long.
+#[test]
+fn captured_values_take_fuel() {
+    let names: Vec<String> = (0..1000).map(|n| format!("a{n}")).collect();
+    let binders: String = names.iter().map(|name| format!("/{name} ")).collect();
+    let (ones, uses) = ("1 ".repeat(1000), names.join(" "));
+    // Each round has some ten instructions, but makes a closure of a thousand values.
+    let program = format!(
+        "{{ {binders} {{ /self /n n 0 eqi {{ }} {{ {{ {uses} }} /g n 1 subi self self apply }} if }} }} /f \
+         {ones} f apply /loop"
+    );
+    assert_eq!(outcome(&format!("{program} 1000 loop loop apply")), "");
+    let ended = outcome(&format!("{program} 60000 loop loop apply"));
+    assert!(ended.starts_with("error E0401"), "{ended}");
+}
+
 fn letters(mut n: usize) -> String {
     let mut name = String::new();
     loop {

@@ -110,7 +110,9 @@ codes! {
          often as it is included.";
     /// Program too large for the bytecode
     ProgramTooLarge = "E0014" Limit
-        "A program may have at most 2^24 functions, instructions and constants each.";
+        "A program may have at most 2^24 functions, and each of them 2^24 instructions, constants and \
+         slots. What the functions of a program capture, counted for each of them, may be 65 536 \
+         values and two for each of its words.";
     /// Too few values on the stack
     StackUnderflow = "E0101" Program
         "An operator or a binder needs more values than there are. Code between `[` and `]` runs \

@@ -39,7 +39,8 @@ pub fn parse(
     root: FileId,
     includes: &mut dyn Includes,
 ) -> Result<Body, Vec<Diagnostic>> {
-    parser::parse(preprocess::tokens(sources, root, includes)?)
+    let tokens = preprocess::tokens(sources, root, includes)?;
+    parser::parse(sources, tokens)
 }
 
 /// Compiles a file, with `bindings` made before the program starts.

@@ -6,17 +6,18 @@
 use crate::ast::{Body, Term, TermKind};
 use crate::diagnostic::{Code, Diagnostic};
 use crate::lexer::{MAX_DIAGNOSTICS, Token, TokenKind};
-use crate::source::Span;
+use crate::source::{SourceMap, Span};
 
 /// How deep functions and arrays may nest in the text.
 pub const MAX_NESTING: usize = 500;
 
-/// The tree of a program.
+/// The tree of a program, whose tokens are from files of `sources`.
 ///
 /// # Errors
 /// Brackets that do not match, are not closed, or nest deeper than [`MAX_NESTING`].
-pub fn parse(tokens: Vec<Token>) -> Result<Body, Vec<Diagnostic>> {
+pub fn parse(sources: &SourceMap, tokens: Vec<Token>) -> Result<Body, Vec<Diagnostic>> {
     let mut parser = Parser {
+        sources,
         tokens: &tokens,
         body: Body::new(),
         open: Vec::new(),
@@ -35,6 +36,7 @@ pub fn parse(tokens: Vec<Token>) -> Result<Body, Vec<Diagnostic>> {
 }
 
 struct Parser<'a> {
+    sources: &'a SourceMap,
     tokens: &'a [Token],
     /// The terms since the last bracket that is open, or since the start.
     body: Body,
@@ -107,7 +109,13 @@ impl Parser<'_> {
             TokenKind::OpenFunction => TermKind::Function(inner),
             _ => TermKind::Array(inner),
         };
-        self.body.push(Term { kind, span: opener.span.to(token.span) });
+        self.body.push(Term { kind, span: self.bracketed(opener.span, token.span) });
+    }
+
+    /// The text between brackets, with them; of brackets in two files, which no text is between, the first.
+    fn bracketed(&self, opener: Span, closer: Span) -> Span {
+        let file = |span| self.sources.file_of(span).map(std::ptr::from_ref);
+        if file(opener) == file(closer) { opener.to(closer) } else { opener }
     }
 
     fn stray(&mut self, token: &Token) {
@@ -204,13 +212,13 @@ mod tests {
     use std::path::{Path, PathBuf};
 
     use super::*;
-    use crate::preprocess::testing::{place, show_errors, tokens_of};
+    use crate::preprocess::testing::{place, preprocess, show_errors, tokens_of};
     use crate::preprocess::{Includes, tokens};
-    use crate::source::SourceMap;
 
     fn diagnostics(text: &str) -> (SourceMap, Vec<Diagnostic>) {
         let (sources, tokens) = tokens_of(text);
-        (sources, parse(tokens).unwrap_err())
+        let found = parse(&sources, tokens).unwrap_err();
+        (sources, found)
     }
 
     /// The labels, primary first, as `place text`.
@@ -247,7 +255,17 @@ mod tests {
         ];
         for (text, expected) in cases {
             let (sources, tokens) = tokens_of(text);
-            assert_eq!(show(&sources, &parse(tokens).unwrap()), expected, "{text:?}");
+            assert_eq!(show(&sources, &parse(&sources, tokens).unwrap()), expected, "{text:?}");
+        }
+    }
+
+    #[test]
+    fn brackets_in_two_files() {
+        let cases = [("#include \"b\"\n1 }", "2 {"), ("2 { 1\n#include \"b\"\n1", "3 }")];
+        for (root, included) in cases {
+            let (sources, tokens) = preprocess(&[("a", root), ("b", included)]);
+            let body = parse(&sources, tokens.unwrap()).unwrap();
+            assert_eq!(sources.text(body[1].span), "{", "{root:?}");
         }
     }
 
@@ -266,7 +284,7 @@ mod tests {
                 "]\n1\n[ 1 }\n2\n{",
                 "E0006 1:1 `]` closes nothing\nE0006 3:5 `[` is closed by `}`\nE0007 5:1 `{` is never closed",
             ),
-            ("{ ( ".trim_end_matches("( "), "E0007 1:1 `{` is never closed"),
+            ("{ ", "E0007 1:1 `{` is never closed"),
             ("{ { ] }", "E0006 1:5 `{` is closed by `]`"),
         ];
         for (text, expected) in cases {
@@ -308,9 +326,12 @@ mod tests {
 
     #[test]
     fn nesting_is_limited() {
-        let nested = |n: usize| tokens_of(&format!("{}{}", "[".repeat(n), "]".repeat(n))).1;
-        assert_eq!(parse(nested(MAX_NESTING)).map(|body| body.len()), Ok(1));
-        assert_eq!(parse(nested(MAX_NESTING + 1)).map_err(|found| found.len()), Err(1));
+        let nested = |n: usize| {
+            let (sources, tokens) = tokens_of(&format!("{}{}", "[".repeat(n), "]".repeat(n)));
+            parse(&sources, tokens)
+        };
+        assert_eq!(nested(MAX_NESTING).map(|body| body.len()), Ok(1));
+        assert_eq!(nested(MAX_NESTING + 1).map_err(|found| found.len()), Err(1));
         for bracket in ["{", "[", "{ ["] {
             let (sources, found) = diagnostics(&bracket.repeat(1_000_000));
             let column = if bracket.len() == 1 { 501 } else { 1001 - 250 };
@@ -323,8 +344,8 @@ mod tests {
     fn many_errors_are_cut_and_many_tokens_are_not() {
         let (_, found) = diagnostics(&"]\n1\n".repeat(100_000));
         assert_eq!(found.len(), MAX_DIAGNOSTICS);
-        let (_, tokens) = tokens_of(&"{ [ 1 ] }\n".repeat(200_000));
-        assert_eq!(parse(tokens).map(|body| body.len()), Ok(200_000));
+        let (sources, tokens) = tokens_of(&"{ [ 1 ] }\n".repeat(200_000));
+        assert_eq!(parse(&sources, tokens).map(|body| body.len()), Ok(200_000));
     }
 
     /// Reads files beside the including one.
@@ -344,7 +365,8 @@ mod tests {
     fn parse_file(path: &Path) -> Result<usize, String> {
         let mut sources = SourceMap::default();
         let root = sources.add(&path.display().to_string(), std::fs::read(path).unwrap()).unwrap();
-        let result = tokens(&mut sources, root, &mut Beside).and_then(parse);
+        let result = tokens(&mut sources, root, &mut Beside);
+        let result = result.and_then(|tokens| parse(&sources, tokens));
         result.map(|body| body.len()).map_err(|found| show_errors(&sources, &found))
     }
 

@@ -80,7 +80,7 @@ functions! {
 /// The meaning of `floor`.
 ///
 /// # Errors
-/// [`Fault::FloorRange`] for NaN, infinities and reals that no 64-bit integer equals.
+/// [`Fault::FloorRange`] for NaN, infinities and reals whose whole part 64 bits cannot hold.
 #[inline]
 pub fn floor(a: f64) -> Scalar<i64> {
     let below = a.floor();

@@ -3,6 +3,9 @@
 use crate::ast::{Body, TermKind};
 use crate::source::Span;
 
+/// Longer names are like none: comparing two takes time with the product of their lengths.
+const MAX_LETTERS: usize = 64;
+
 /// The binder whose name is most like `name`, if any is like it: at most a third of the letters
 /// changed, added, dropped, or swapped with their neighbour.
 #[must_use]
@@ -30,8 +33,11 @@ pub fn similar_binder<'t>(tree: &'t Body, name: &str) -> Option<(&'t str, Span)>
 /// Edit distance with swaps of neighbours; anything above `limit` may come out as `limit + 1`.
 fn distance(a: &str, b: &str, limit: usize) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
-    if a.len().abs_diff(b.len()) > limit || a == b {
-        return if a == b { 0 } else { limit + 1 };
+    if a == b {
+        return 0;
+    }
+    if a.len().abs_diff(b.len()) > limit || a.len().max(b.len()) > MAX_LETTERS {
+        return limit + 1;
     }
     let mut before = vec![0; b.len() + 1];
     let mut last: Vec<usize> = (0..=b.len()).collect();
@@ -51,12 +57,20 @@ fn distance(a: &str, b: &str, limit: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::distance;
+    use super::{MAX_LETTERS, distance};
 
     #[test]
     fn a_swap_counts_once() {
         assert_eq!(distance("raduis", "radius", 2), 1);
         assert_eq!(distance("sphere", "spheres", 2), 1);
         assert_eq!(distance("x", "radius", 1), 2);
+    }
+
+    #[test]
+    fn long_names_are_like_none() {
+        let (a, b) = ("a".repeat(MAX_LETTERS), "a".repeat(MAX_LETTERS + 1));
+        assert_eq!(distance(&a[1..], &a, 1), 1);
+        assert_eq!(distance(&a, &b, 1), 2);
+        assert_eq!(distance(&b, &b, 1), 0);
     }
 }

@@ -193,12 +193,8 @@ impl Sym {
     }
 
     /// Whether both are the same value for sure. Constants are compared by their bits. Values that
-    /// share their parts may be endless to walk through: they are different where that takes long.
-    pub(crate) fn is_same(&self, other: &Sym) -> bool {
-        self.is_same_within(other, &Cell::new(MAX_COMPARED))
-    }
-
-    /// The same, while parts are left to be compared.
+    /// share their parts may be endless to walk through: they are different where no parts are left to be
+    /// compared, of which there should be [`MAX_COMPARED`] at first.
     pub(crate) fn is_same_within(&self, other: &Sym, left: &Cell<usize>) -> bool {
         if left.get() == 0 {
             return false;

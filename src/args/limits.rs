@@ -27,7 +27,7 @@ pub(crate) struct LimitArgs {
         default_value_if("untrusted", "true", "10000")
     )]
     pub(crate) max_depth: usize,
-    /// Memory for the program's values; k, M and G are powers of 1024
+    /// Memory for the program's values, and for those of each thread's surface calls; k, M and G are powers of 1024
     #[arg(long, value_name = "SIZE", default_value = "4G", default_value_if("untrusted", "true", "512M"), value_parser = values::bytes)]
     pub(crate) max_memory: u64,
     /// Pixels of one image

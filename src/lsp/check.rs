@@ -198,7 +198,7 @@ impl Teller<'_> {
         };
         let Some(tokens) = self.job.afresh(read) else { return };
         let names = Names::of(&tokens, &predefined(&self.job.inputs));
-        let tree = parser::parse(tokens).ok();
+        let tree = parser::parse(sources, tokens).ok();
         let is_unbound = |used: &&Use| used.binding.is_none() && Some(used.span) != stopped_at;
         for (n_told, used) in names.uses.iter().filter(is_unbound).take(MAX_UNBOUND).enumerate() {
             let message = format!("`{}` is not bound", used.name);

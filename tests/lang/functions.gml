@@ -74,3 +74,6 @@ true { 1 } { } { } apply if %! 1
 { /x x addi } /f 1 f apply %! error E0101 at 8
 { 1 { 2 { addi } apply } apply } apply %! 3
 { /self /n n 0 eqi { } { n 1 subi self self apply } if } /run 100000 run run apply %!
+1 /x { /a x { 2 /x x } apply x } /f 0 f apply %! 1 2 1
+{ /a a { x } { } if { 2 /x x } apply 3 /x x } /f false f apply %! 2 3
+{ /a { 2 /x x } apply x } /f 0 f apply %! error E0102 at 23

@@ -74,7 +74,7 @@ pub fn parses(bytes: &[u8]) {
     let (mut sources, file) = source(bytes);
     let (tokens, _) = tokens_and_errors(&mut sources, file, &mut NoIncludes);
     let is_program = brackets_match(&tokens);
-    match parser::parse(tokens.clone()) {
+    match parser::parse(&sources, tokens.clone()) {
         Ok(body) => {
             assert!(is_program, "brackets do not match");
             let mut found = Vec::new();

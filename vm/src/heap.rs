@@ -204,6 +204,15 @@ impl Heap {
         }
     }
 
+    /// Forgets what lies behind so many cells, and all that has been exported.
+    pub(crate) fn reset(&mut self, n_cells: usize) {
+        if !self.exports.is_empty() {
+            self.exports.clear();
+            self.cut_outside(n_cells);
+        }
+        self.cut(n_cells);
+    }
+
     /// Cuts the heap behind so many cells, but for the strings, objects and lights that these words refer
     /// to. Since such values refer to nothing in the heap, they can be moved to its new end.
     pub(crate) fn cut_around(&mut self, n_cells: usize, in_use: &mut [Word]) {

@@ -383,6 +383,7 @@ impl Machine<'_> {
                 }
                 Op::MakeClosure => {
                     let sources = &program.bytecode.functions[step.imm as usize].captures;
+                    check!(pay(&mut self.fuel, &self.limits, sources.len()));
                     let made = self.heap.begin_closure(step.imm, sources.len());
                     for source in sources {
                         let word = match *source {
@@ -527,7 +528,7 @@ impl Machine<'_> {
     }
 }
 
-/// Pays for a call.
+/// Pays for the steps of a call, or for captured values.
 #[inline(always)]
 fn pay(fuel: &mut u64, limits: &Limits, n_steps: usize) -> Result<(), Box<Problem>> {
     let Some(left) = fuel.checked_sub(n_steps as u64) else {

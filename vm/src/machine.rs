@@ -19,11 +19,11 @@ use crate::word::{Tag, Word};
 /// What a program may use up.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Instructions, counted as the length of each called function.
+    /// Instructions, counted as the length of each called function, and values that closures capture.
     pub fuel: u64,
     /// Calls active at once.
     pub max_depth: usize,
-    /// Bytes of values.
+    /// Bytes of values: of the program's, or those that a call of a surface function makes.
     pub max_memory: u64,
 }
 
@@ -68,7 +68,8 @@ pub struct Machine<'p> {
     /// Floors of the array literals around the current one.
     pub(crate) floors: Vec<usize>,
     pub(crate) fuel: u64,
-    /// Bytes that stack, heap and waiting calls may use.
+    /// Bytes that stack, heap and waiting calls may use: what has settled in the heap for surface
+    /// functions, and what the registers do not take of the limit.
     pub(crate) room: u64,
     /// The instruction last begun, written when something goes wrong.
     pub(crate) stopped_at: usize,
@@ -87,7 +88,7 @@ impl<'p> Machine<'p> {
             imports: Imports::default(),
             settled: program.heap.n_cells(),
             surfaces: Vec::new(),
-            stack: OperandStack::default(),
+            stack: OperandStack::new(limits.max_memory),
             registers: Registers::default(),
             frames: Vec::new(),
             closure: 0,
@@ -130,9 +131,14 @@ impl<'p> Machine<'p> {
         values
     }
 
-    /// Forgets all that a former call has left, but keeps the memory.
+    /// Forgets all that a former call has left, but keeps the memory. What the next call may use does not
+    /// depend on which were before, nor on what has come from outside for them.
     pub(crate) fn reset(&mut self) {
-        self.heap.cut(self.settled);
+        self.heap.reset(self.settled);
+        self.n_looked_at = self.heap.n_made();
+        self.registers.shrink();
+        let room = self.limits.max_memory.saturating_add(self.heap.n_bytes());
+        self.room = room.saturating_sub(self.registers.n_bytes());
         self.stack.truncate(0);
         self.frames.clear();
         self.floors.clear();

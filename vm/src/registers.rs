@@ -19,6 +19,8 @@ const CHUNK: usize = 4 * WINDOW;
 /// Registers and spill slots, those of outer calls first.
 #[derive(Default)]
 pub(crate) struct Registers {
+    /// So many may be used; the columns are as long or, if more once were, longer.
+    len: usize,
     tags: Vec<Tag>,
     xs: Vec<u64>,
     /// The other coordinates of points.
@@ -29,7 +31,7 @@ impl Registers {
     /// Number of registers.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
-        self.tags.len()
+        self.len
     }
 
     /// Bytes in use.
@@ -39,10 +41,17 @@ impl Registers {
 
     /// Makes room for so many registers.
     pub(crate) fn grow(&mut self, len: usize) {
-        let len = len.next_multiple_of(CHUNK);
-        self.tags.resize(len, Word::NOTHING.tag);
-        self.xs.resize(len, Word::NOTHING.x);
-        self.yzs.resize(len, [0; 2]);
+        self.len = len.next_multiple_of(CHUNK);
+        if self.tags.len() < self.len {
+            self.tags.resize(self.len, Word::NOTHING.tag);
+            self.xs.resize(self.len, Word::NOTHING.x);
+            self.yzs.resize(self.len, [0; 2]);
+        }
+    }
+
+    /// Leaves as many as there are at least, but keeps the memory.
+    pub(crate) fn shrink(&mut self) {
+        self.len = self.len.min(CHUNK);
     }
 
     /// The frame at `base`.

@@ -6,14 +6,24 @@
 
 use crate::word::Word;
 
+/// There are at least so many slots.
+const MIN_SLOTS: usize = 64;
+
 /// Values that cross calls, the last on top.
-#[derive(Default)]
 pub(crate) struct OperandStack {
     slots: Vec<Word>,
     len: usize,
+    /// As many slots as may be in use when the machine next looks.
+    max_slots: usize,
 }
 
 impl OperandStack {
+    /// An empty stack, of which so many bytes may be used.
+    pub(crate) fn new(max_bytes: u64) -> Self {
+        let max_slots = usize::try_from(max_bytes).unwrap_or(usize::MAX) / size_of::<Word>();
+        OperandStack { slots: Vec::new(), len: 0, max_slots }
+    }
+
     /// Number of values.
     #[inline(always)]
     pub(crate) fn len(&self) -> usize {
@@ -48,10 +58,14 @@ impl OperandStack {
         slots
     }
 
+    /// Makes twice as many slots, but no more than may be used; if those are too few, an eighth more, until
+    /// the machine looks.
     #[cold]
     #[inline(never)]
     fn grow(&mut self) {
-        let larger = (self.slots.len() * 2).max(64);
+        let n_slots = self.slots.len();
+        let larger = (2 * n_slots).min(self.max_slots).max(n_slots + n_slots / 8).max(MIN_SLOTS);
+        self.slots.reserve_exact(larger - n_slots);
         self.slots.resize(larger, Word::NOTHING);
     }
 
@@ -66,5 +80,26 @@ impl OperandStack {
     #[inline]
     pub(crate) fn truncate(&mut self, len: usize) {
         self.len = len;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn n_slots_for(n_values: usize, max_values: usize) -> usize {
+        let mut stack = OperandStack::new((max_values * size_of::<Word>()) as u64);
+        for _ in 0..n_values {
+            stack.push::<3>();
+        }
+        stack.slots.capacity()
+    }
+
+    #[test]
+    fn it_grows_to_what_may_be_used_and_hardly_beyond() {
+        assert_eq!(n_slots_for(1, 0), MIN_SLOTS);
+        assert_eq!(n_slots_for(100, 1 << 20), 512);
+        assert_eq!(n_slots_for(100, 400), 400);
+        assert_eq!(n_slots_for(134, 400), 450);
     }
 }

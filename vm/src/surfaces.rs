@@ -51,6 +51,8 @@ impl<'p> InterpSurfaces<'p> {
     ) -> Self {
         let mut machine = Machine::new(program, limits);
         machine.surfaces = vec![Word::NOTHING; surfaces.len()];
+        // Every call begins with registers, the first one too.
+        machine.grow_registers(1);
         InterpSurfaces { machine, surfaces }
     }
 
@@ -127,21 +129,8 @@ pub fn exact(sample: &SurfaceSample) -> BoundedSample {
 }
 
 impl Machine<'_> {
-    /// Calls a surface function on a stack with nothing but face, u and v.
-    ///
-    /// # Errors
-    /// What the function does wrong, or that it leaves anything but a colour, kd, ks and n.
-    pub fn surface(
-        &mut self,
-        closure: Arc<Closure>,
-        at: SurfacePoint,
-    ) -> Result<SurfaceSample, Box<Error>> {
-        self.surfaces.truncate(0);
-        let word = self.import(&closure);
-        self.surfaces.push(word);
-        self.surface_at::<false>(0, at)
-    }
-
+    /// Calls a surface function on a stack with nothing but face, u and v; an error is what the function
+    /// does wrong, or that it leaves anything but a colour, kd, ks and n.
     fn surface_at<const SIGNED: bool>(
         &mut self,
         index: usize,
@@ -171,3 +160,6 @@ fn sample(stack: &[Word]) -> Option<SurfaceSample> {
         phong_exp: phong_exp.as_real()?,
     })
 }
+
+#[cfg(test)]
+mod tests;

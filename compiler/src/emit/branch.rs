@@ -8,6 +8,10 @@ use crate::emit::{Emitter, Flow};
 use crate::op::Operator;
 use crate::source::Span;
 
+/// If more operands wait, they go to the operand stack before the sides part: each side has a list of its
+/// own, and one that ends the function pushes all of it.
+const MAX_PENDING: usize = 32;
+
 /// One side of an `if`, compiled, and the state it leaves.
 struct Arm {
     code: Code,
@@ -24,6 +28,9 @@ impl Emitter {
             return self.inline(if value { yes } else { no }, tail);
         }
         let here = self.here();
+        if here.entries.len() > MAX_PENDING {
+            here.flush();
+        }
         let jump = jump_unless(here, &condition, span);
         let before = (here.entries.clone(), here.registers.clone(), here.region.clone());
         let outer_code = std::mem::take(&mut here.code);
@@ -126,7 +133,8 @@ fn join(
 fn unify(here: &mut FunctionBuilder, first: &mut Arm, second: &mut Arm) {
     let mut n_kept = first.entries.len().min(second.entries.len());
     let free = (0..=u8::MAX).filter(|&r| first.registers.is_free(r) && second.registers.is_free(r));
-    if free.count() < n_kept {
+    // One more is left for what the others are loaded into on their way to the operand stack.
+    if free.count() <= n_kept {
         n_kept = 0;
     }
     let split = |arm: &mut Arm| arm.entries.split_off(arm.entries.len() - n_kept);

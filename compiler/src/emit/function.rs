@@ -130,6 +130,9 @@ pub(super) struct FunctionBuilder {
     names: HashMap<Arc<str>, Operand>,
     /// What each binding has hidden, for the end of its scope.
     hidden: Vec<(Arc<str>, Option<Operand>)>,
+    /// Where among the functions around this one a name is bound to a constant, or that it is not: nothing
+    /// is bound in those meanwhile.
+    pub(super) outside: HashMap<Arc<str>, Option<usize>>,
     pub(super) code: Code,
     pub(super) registers: Registers,
     pub(super) entries: Vec<Entry>,
@@ -144,6 +147,7 @@ impl FunctionBuilder {
             capture_indices: HashMap::new(),
             names: HashMap::new(),
             hidden: Vec::new(),
+            outside: HashMap::new(),
             code: Code::default(),
             registers: Registers::new(),
             entries: Vec::new(),
@@ -351,6 +355,11 @@ impl FunctionBuilder {
             _ => {}
         }
         self.entries.push(entry);
+    }
+
+    /// Number of values that the function captures.
+    pub(super) fn n_captures(&self) -> usize {
+        self.function.captures.len()
     }
 
     /// Captures a value of the function around this one.

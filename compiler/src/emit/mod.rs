@@ -27,6 +27,14 @@ use crate::source::Span;
 /// The most functions, and the most instructions, slots or constants of one function.
 const MAX_TABLE: usize = 1 << 24;
 
+/// The functions of a program may capture so many values, and [`CAPTURES_PER_WORD`] more for each of its
+/// words. A function captures what those within it use, so that without a bound a program would take
+/// time and memory with the product of its length and its depth.
+const MAX_CAPTURES: usize = 1 << 16;
+
+/// Most functions capture far fewer values than they have words.
+const CAPTURES_PER_WORD: usize = 2;
+
 /// Constant arrays nest at most this deep; deeper ones are made at run time. It bounds the native
 /// recursion of whoever walks a constant.
 const MAX_CONSTANT_NESTING: usize = 64;
@@ -40,14 +48,17 @@ pub fn emit(
     bindings: &[(Arc<str>, Constant)],
     span: Span,
 ) -> Result<Program, Box<Diagnostic>> {
-    let mut emitter = Emitter { functions: Vec::new(), builders: Vec::new() };
+    let max_captures = MAX_CAPTURES + CAPTURES_PER_WORD * n_words(program);
+    let mut emitter =
+        Emitter { functions: Vec::new(), builders: Vec::new(), n_captures: 0, max_captures };
     emitter.builders.push(FunctionBuilder::new(None, span));
     for (name, constant) in bindings {
         let operand = Operand::Constant(constant.clone());
         emitter.here().bind(name, Entry { operand, span: Span::NONE });
     }
     emitter.finish_body(program, span);
-    let too_large = emitter.functions.len() > MAX_TABLE
+    let too_large = emitter.captures_too_much()
+        || emitter.functions.len() > MAX_TABLE
         || emitter.functions.iter().any(|function| {
             function.code.len().max(function.constants.len()).max(function.n_slots as usize)
                 > MAX_TABLE
@@ -70,9 +81,16 @@ struct Emitter {
     functions: Vec<Function>,
     /// The function being compiled is last, behind those around it.
     builders: Vec<FunctionBuilder>,
+    n_captures: usize,
+    max_captures: usize,
 }
 
 impl Emitter {
+    /// Whether the program is too large: what is compiled then is no longer of use.
+    fn captures_too_much(&self) -> bool {
+        self.n_captures > self.max_captures
+    }
+
     fn here(&mut self) -> &mut FunctionBuilder {
         self.builders.last_mut().expect("the main program is there until the end")
     }
@@ -91,7 +109,9 @@ impl Emitter {
         }
         let builder = self.builders.pop().expect("the function was begun by the caller");
         let mut function = builder.finish();
-        rounds::shorten(&self.functions, &mut function);
+        if !self.captures_too_much() {
+            rounds::shorten(&self.functions, &mut function);
+        }
         self.functions.push(function);
         self.functions.len() as u32 - 1
     }
@@ -121,7 +141,7 @@ impl Emitter {
                     (Flow::Continues, after)
                 }
             };
-            if flow == Flow::Ended {
+            if flow == Flow::Ended || self.captures_too_much() {
                 return Flow::Ended;
             }
             rest = next;
@@ -157,8 +177,7 @@ impl Emitter {
 
     /// Refers to a binding, of this function or of one around it.
     fn name(&mut self, name: &Arc<str>, span: Span) {
-        let Some(level) = self.builders.iter().rposition(|builder| builder.lookup(name).is_some())
-        else {
+        let Some(level) = self.level(name) else {
             let here = self.here();
             let index = here.constant(&Constant::Str(name.clone()));
             here.emit(Opcode::Unbound, [0; 3], index, Origin { span, ..Origin::default() });
@@ -173,9 +192,29 @@ impl Emitter {
                 Operand::Slot(slot) => CaptureSource::Slot(slot),
                 Operand::Capture(index) => CaptureSource::Capture(index),
             };
+            let n_before = builder.n_captures();
             operand = builder.capture(name, source);
+            self.n_captures += builder.n_captures() - n_before;
         }
         self.here().push_bound(name, operand, span);
+    }
+
+    /// Where among the builders a name is bound.
+    fn level(&mut self, name: &Arc<str>) -> Option<usize> {
+        let (here, around) = self.builders.split_last_mut()?;
+        if here.lookup(name).is_some() {
+            return Some(around.len());
+        }
+        if let Some(known) = here.outside.get(name) {
+            return *known;
+        }
+        let level = around.iter().rposition(|builder| builder.lookup(name).is_some());
+        let bound = level.and_then(|level| around[level].lookup(name));
+        // All others are captured, and then bound here.
+        if matches!(bound, None | Some(Operand::Constant(_))) {
+            here.outside.insert(name.clone(), level);
+        }
+        level
     }
 
     /// A literal function that becomes a closure.
@@ -349,6 +388,22 @@ impl Emitter {
     }
 }
 
+/// The words of a program, its brackets included.
+fn n_words(program: &Body) -> usize {
+    let mut n_words = 0;
+    let mut bodies = vec![program];
+    while let Some(body) = bodies.pop() {
+        n_words += body.len();
+        for term in body {
+            if let TermKind::Function(inner) | TermKind::Array(inner) = &term.kind {
+                n_words += 1;
+                bodies.push(inner);
+            }
+        }
+    }
+    n_words
+}
+
 fn is(term: &Term, op: Operator) -> bool {
     term.kind == TermKind::Operator(op)
 }
@@ -388,3 +443,6 @@ fn fold(op: Operator, operands: &[Entry]) -> Option<Constant> {
         _ => scalar::evaluate(op, &constants)?.ok(),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -7,7 +7,8 @@ pub(super) const CROWDED: usize = 192;
 /// Reference counts of the 256 registers.
 #[derive(Clone, Debug)]
 pub(super) struct Registers {
-    references: [u16; 256],
+    /// A program may have more words than sixteen bits count.
+    references: [u32; 256],
     live: usize,
 }
 

@@ -183,7 +183,12 @@ impl Specializer<'_> {
                     alternatives.extend(carried.collect::<Vec<_>>());
                 }
                 _ => {
-                    let known = alternatives.iter().position(|known| known.is_same(sym));
+                    let mut known = None;
+                    for (index, alternative) in alternatives.iter().enumerate() {
+                        if known.is_none() && self.is_same(alternative, sym)? {
+                            known = Some(index);
+                        }
+                    }
                     tags.push(Scalar::Int(Num::Const(known.map_or(base, |index| index as i64))));
                     if known.is_none() {
                         alternatives.push(self.carried(meeting, way, sym));

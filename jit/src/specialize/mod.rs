@@ -25,6 +25,7 @@ mod routines;
 mod shape;
 mod step;
 
+use std::cell::Cell;
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::rc::Rc;
 
@@ -39,7 +40,7 @@ use crate::sir::{
 };
 use crate::specialize::path::Path;
 use crate::specialize::routines::Record;
-use crate::sym::{Captures, Num, Sym, TableView};
+use crate::sym::{Captures, MAX_COMPARED, Num, Sym, TableView};
 use crate::unsupported::Unsupported;
 
 /// Bounds of one specialization. A program that passes them would make a large and slow-to-compile
@@ -306,6 +307,14 @@ impl<'p> Specializer<'p> {
         Ok(())
     }
 
+    /// Whether both are the same value for sure; comparing them counts as work.
+    fn is_same(&mut self, a: &Sym, b: &Sym) -> Run<bool> {
+        let left = Cell::new(MAX_COMPARED);
+        let is_same = a.is_same_within(b, &left);
+        self.take_steps((MAX_COMPARED - left.get()) / STEP_VALUES)?;
+        Ok(is_same)
+    }
+
     /// Runs the ways that a state may go, each in a block of its own, up to `stop`, and joins them.
     fn fork(&mut self, ways: Vec<(Block, State)>, stop: Stop) -> Run<Option<State>> {
         let n_copied = ways.iter().map(|(_, state)| state.stack.len() + state.frames.len());
@@ -374,6 +383,7 @@ impl<'p> Specializer<'p> {
         self.work.n_entries += 1;
         let (captures, head) = self.loop_head(state, captures, ordinal)?;
         entries.push(Entry { function, forks: state.forks, head, ordinal });
+        self.take_steps(code.n_slots as usize / STEP_VALUES)?;
         let n_registers = (code.n_registers + code.n_slots) as usize;
         let registers = vec![Sym::Dead; n_registers];
         state.frames.push(Rc::new(Frame { function, pc: 0, registers, captures, entries }));
@@ -399,10 +409,12 @@ impl<'p> Specializer<'p> {
     fn add_costs(&mut self, code: &Function) {
         // A register, a value on the stack and one in an array or closure.
         let value = 3 * size_of::<[u64; 4]>() as u64;
+        let captured = |insn: &Insn| match insn.op {
+            Opcode::MakeClosure => self.program.functions[insn.imm as usize].captures.len() as u64,
+            _ => 0,
+        };
         let made = |insn: &Insn| match insn.op {
-            Opcode::MakeClosure => {
-                self.program.functions[insn.imm as usize].captures.len() as u64 + 1
-            }
+            Opcode::MakeClosure => captured(insn) + 1,
             Opcode::Push3 => 3,
             _ => 2,
         };
@@ -413,7 +425,7 @@ impl<'p> Specializer<'p> {
             code.code.iter().map(made).sum::<u64>() + u64::from(code.n_registers + code.n_slots);
         let n_holders = code.code.iter().filter(is_holder).count() as u64;
         let costs = &mut self.work.body.costs;
-        costs.fuel += code.code.len() as u64;
+        costs.fuel += code.code.len() as u64 + code.code.iter().map(captured).sum::<u64>();
         costs.memory += value * n_values;
         costs.n_holders += n_holders;
     }

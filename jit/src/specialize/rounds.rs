@@ -1,24 +1,30 @@
 //! Loops: the heads where their rounds start, and the jumps back to them.
 
-use std::collections::BTreeSet;
+use std::cell::Cell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use crate::sir::{Block, Term, Val};
 use crate::specialize::join::{Scalar, Shell, common_shell, part, scalar, sym_of};
 use crate::specialize::path::{CAPTURES, Path, STACK, any_within};
-use crate::specialize::{Abort, Entry, Head, Run, Specializer, State};
-use crate::sym::{Captures, Sym};
+use crate::specialize::{Abort, Entry, Head, Run, STEP_VALUES, Specializer, State};
+use crate::sym::{Captures, MAX_COMPARED, Sym};
 
-/// So many different parts of a round's values are compared.
-const MAX_COMPARED: usize = 1024;
+/// A round's values may differ from those before in so many parts.
+const MAX_DIFFERENT: usize = 1024;
+
+/// So many parts of all values of a round are compared.
+const MAX_COMPARED_OF_ROUND: usize = 16 * MAX_COMPARED;
 
 /// What a loop's head is made with, or what a round brings along.
 struct Round<'l> {
     varying: &'l BTreeSet<Path>,
-    values: Vec<(Path, Scalar)>,
+    values: BTreeMap<Path, Scalar>,
     newly_varying: Vec<Path>,
     has_other_shape: bool,
-    n_compared: usize,
+    n_different: usize,
+    /// So many parts are left to be compared.
+    left: usize,
 }
 
 impl Specializer<'_> {
@@ -30,6 +36,7 @@ impl Specializer<'_> {
         captures: Captures,
         ordinal: usize,
     ) -> Run<(Captures, Rc<Head>)> {
+        self.take_steps((state.stack.len() + captures.len()) / STEP_VALUES)?;
         let mut known: Vec<Sym> = (0..captures.len()).map(|index| captures.get(index)).collect();
         let Some(varying) = self.work.loops.get(&ordinal).cloned() else {
             let head = Head {
@@ -115,10 +122,11 @@ impl Specializer<'_> {
         let varying = self.work.loops.get(&entry.ordinal).cloned().unwrap_or_default();
         let mut round = Round {
             varying: &varying,
-            values: Vec::new(),
+            values: BTreeMap::new(),
             newly_varying: Vec::new(),
             has_other_shape: false,
-            n_compared: 0,
+            n_different: 0,
+            left: MAX_COMPARED_OF_ROUND,
         };
         for (index, (old, new)) in head.stack.iter().zip(&state.stack).enumerate() {
             round.compare(old, new, &mut vec![STACK, index as u32]);
@@ -126,7 +134,8 @@ impl Specializer<'_> {
         for (index, old) in head.captures.iter().enumerate() {
             round.compare(old, &captures.get(index), &mut vec![CAPTURES, index as u32]);
         }
-        let Round { values, newly_varying, has_other_shape, .. } = round;
+        let Round { values, newly_varying, has_other_shape, n_different, left, .. } = round;
+        self.take_steps((MAX_COMPARED_OF_ROUND - left + n_different) / STEP_VALUES)?;
         if has_other_shape {
             return self.decline("its loop changes the shape or the code of a value");
         }
@@ -140,10 +149,8 @@ impl Specializer<'_> {
             // Nothing changes: it never ends, and the interpreter says so.
             return self.leave();
         };
-        let value_at =
-            |path: &Path| values.iter().find(|(at, _)| at == path).map(|(_, scalar)| *scalar);
         let scalars: Option<Vec<Scalar>> =
-            head.params.iter().map(|(path, _)| value_at(path)).collect();
+            head.params.iter().map(|(path, _)| values.get(path).copied()).collect();
         let Some(scalars) = scalars else {
             return self.decline("its loop changes the shape of a value");
         };
@@ -157,11 +164,11 @@ impl Round<'_> {
     /// Compares a value with that of the first round: scalars at varying places are noted, all
     /// others must be the same.
     fn compare(&mut self, old: &Sym, new: &Sym, path: &mut Path) {
-        if !any_within(self.varying, path) && old.is_same(new) {
+        if self.has_other_shape || !any_within(self.varying, path) && self.is_same(old, new) {
             return;
         }
-        self.n_compared += 1;
-        if self.n_compared > MAX_COMPARED {
+        self.n_different += 1;
+        if self.n_different > MAX_DIFFERENT {
             self.has_other_shape = true;
             return;
         }
@@ -169,24 +176,45 @@ impl Round<'_> {
             if std::mem::discriminant(&before) != std::mem::discriminant(&now) {
                 self.has_other_shape = true;
             } else if self.varying.contains(path) {
-                self.values.push((path.clone(), now));
+                self.values.insert(path.clone(), now);
             } else {
                 self.newly_varying.push(path.clone());
             }
             return;
         }
-        let mut parts = Vec::new();
         if let (Sym::Point(a), Sym::Point(b)) = (old, new) {
-            parts.extend((0..3).map(|i| (Sym::Real(a[i]), Sym::Real(b[i]))));
+            let parts = |index: usize| (Sym::Real(a[index]), Sym::Real(b[index]));
+            self.compare_parts(3, parts, path);
         } else if let Some((_, n_parts)) = common_shell(&[old, new]) {
-            parts.extend((0..n_parts).map(|i| (part(old, i), part(new, i))));
+            self.compare_parts(n_parts, |index| (part(old, index), part(new, index)), path);
         } else {
             self.has_other_shape = true;
         }
-        for (index, (old, new)) in parts.iter().enumerate() {
+    }
+
+    fn compare_parts(
+        &mut self,
+        n_parts: usize,
+        parts: impl Fn(usize) -> (Sym, Sym),
+        path: &mut Path,
+    ) {
+        for index in 0..n_parts {
+            if self.has_other_shape {
+                return;
+            }
+            let (old, new) = parts(index);
             path.push(index as u32);
-            self.compare(old, new, path);
+            self.compare(&old, &new, path);
             path.pop();
         }
+    }
+
+    /// Whether both are the same for sure; values that take long to compare are different.
+    fn is_same(&mut self, old: &Sym, new: &Sym) -> bool {
+        let most = MAX_COMPARED.min(self.left);
+        let left = Cell::new(most);
+        let is_same = old.is_same_within(new, &left);
+        self.left -= most - left.get();
+        is_same
     }
 }

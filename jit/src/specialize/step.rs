@@ -7,7 +7,7 @@ use compiler::op::{Operator, Type as GmlType};
 use compiler::scalar;
 
 use crate::sir::{Inst, Term, Type, Val};
-use crate::specialize::{Frame, Run, Specializer, State, Stop};
+use crate::specialize::{Frame, Run, STEP_VALUES, Specializer, State, Stop};
 use crate::sym::{Captures, Elements, Num, Sym};
 
 impl Specializer<'_> {
@@ -106,6 +106,7 @@ impl Specializer<'_> {
     }
 
     fn closure(&mut self, state: &State, function: u32) -> Run<Sym> {
+        self.take_steps(self.function(function).captures.len() / STEP_VALUES)?;
         let frame = state.top();
         let captured = |source: &CaptureSource| match *source {
             CaptureSource::Register(register) => frame.registers[register as usize].clone(),
@@ -289,7 +290,7 @@ impl Specializer<'_> {
         self.decided(&operands[0]);
         let chosen = match condition {
             Num::Const(condition) => if *condition { yes } else { no }.clone(),
-            _ if yes.is_same(no) => yes.clone(),
+            _ if self.is_same(yes, no)? => yes.clone(),
             Num::Ssa(_) if [yes, no].iter().any(|sym| matches!(sym, Sym::Choice(..))) => {
                 return self.decline("a condition chooses among choices");
             }
