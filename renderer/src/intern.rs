@@ -278,10 +278,12 @@ mod tests {
                 surfaces(&[(ShapeKind::Sphere, &[]), (ShapeKind::Sphere, &[moved])]);
             assert_eq!(n_shared, 0, "{shift}");
         }
-        let (_, n_shared) = surfaces(&[
-            (ShapeKind::Plane, &[]),
-            (ShapeKind::Plane, &[TransformOp::RotateX(1e-20)]),
-        ]);
-        assert_eq!(n_shared, 0);
+        for angle in [1e-20, 1e-35] {
+            let (_, n_shared) = surfaces(&[
+                (ShapeKind::Plane, &[]),
+                (ShapeKind::Plane, &[TransformOp::RotateX(angle)]),
+            ]);
+            assert_eq!(n_shared, 0, "{angle}");
+        }
     }
 }

@@ -69,8 +69,8 @@ impl Placement {
     /// The same for a turn by an angle from the first axis toward the second.
     fn rotate(&mut self, (sin, cos): (Dd, Dd), axes: [usize; 2]) {
         let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
-        let error = if is_exact { 0.0 } else { DD_ERROR };
-        let turn = |sin: Dd| Turn { axes, matrix: [[cos, -sin], [sin, cos]], error };
+        let relative_error = if is_exact { 0.0 } else { DD_ERROR };
+        let turn = |sin: Dd| Turn { axes, matrix: [[cos, -sin], [sin, cos]], relative_error };
         self.world_from_object.after_turn(&turn(sin));
         self.object_from_world.turn(&turn(-sin));
     }
@@ -90,13 +90,13 @@ impl Turns {
 struct Turn {
     axes: [usize; 2],
     matrix: [[Dd; 2]; 2],
-    /// Of each entry.
-    error: f64,
+    /// Of each entry: the sine of a tiny angle is known as well as its cosine.
+    relative_error: f64,
 }
 
 impl Turn {
     fn at(&self, row: usize, column: usize) -> Entry {
-        Entry { value: self.matrix[row][column], error: self.error }
+        Entry::off_by(self.matrix[row][column], self.relative_error)
     }
 
     /// The sum of products, of what there is of each side, in the order of the axes.
@@ -111,9 +111,9 @@ impl Turn {
         sum
     }
 
-    /// Bound of the 2-norm of what the matrix may be off by.
+    /// Bound of the 2-norm of what the matrix, whose entries are 1 at most, may be off by.
     fn norm_error(&self) -> f64 {
-        2.0 * self.error
+        2.0 * self.relative_error
     }
 }
 
@@ -392,13 +392,14 @@ mod tests {
         };
         let turns = |angle, i: usize, j: usize| {
             let (sin, cos) = Dd::sin_cos_degrees(angle);
-            let error = if angle == 90.0 { 0.0 } else { DD_ERROR };
+            let relative_error = if angle == 90.0 { 0.0 } else { DD_ERROR };
             [sin, -sin].map(|sin| {
                 let mut map = diagonal([Dd::ONE; 3], 0.0);
                 for (row, column, value) in [(i, i, cos), (j, j, cos), (i, j, -sin), (j, i, sin)] {
+                    let Entry { value, error } = Entry::off_by(value, relative_error);
                     (map.entries[row][column], map.errors[row][column]) = (value, error);
                 }
-                map.norm_error = 2.0 * error;
+                map.norm_error = 2.0 * relative_error;
                 map
             })
         };
@@ -501,6 +502,16 @@ mod tests {
         assert_eq!(map.rows[0].x, 1e40);
         assert!((map.rows[1].y - 0.75f64.sqrt()).abs() < 1e-15 && map.rows[2].y == 0.5);
         assert_eq!(map.rows[1].z, -0.5 * 1e-40);
+    }
+
+    #[test]
+    fn tiny_turns_keep_their_sines() {
+        for angle in [-1e-25, 1e-35, -1e-200] {
+            let map = placed(&[TransformOp::RotateX(angle)]).object_from_world.rounded::<f64>();
+            let sine = angle.to_radians();
+            assert!((map.rows[1].z - sine).abs() <= 4.0 * f64::EPSILON * sine.abs(), "{angle}");
+            assert_eq!(map.rows[2].y, -map.rows[1].z);
+        }
     }
 
     #[test]
