@@ -252,6 +252,7 @@ impl<T: Bounding> Real for Ball<T> {
     fn from_dd(value: Dd) -> Self {
         // Of few operations.
         Ball::from_bounded(value, 4.0 * DD_ERROR * value.to_f64().abs())
+            .unless_tiny(|| value == Dd::ZERO)
     }
 
     #[inline]
@@ -282,7 +283,7 @@ impl<T: Bounding> Real for Ball<T> {
         let (root, rest) = T::root(self.middle.max(T::ZERO));
         let s = size(root);
         let spread = rest + self.radius;
-        if s * s > spread && s > LEAST {
+        if s * s > spread && s * s > LEAST {
             // The root of x' differs by |x' - s²| / (√x' + s), where x' is not negative.
             return Ball::new((root, 0.0), spread / s);
         }
@@ -357,7 +358,8 @@ impl<T: Bounding> Real for Ball<T> {
     fn power(base: Self, exponent: f64) -> Self {
         let (power, error) = T::power_of(base.middle, exponent);
         if base.radius == 0.0 {
-            return Ball::new((power, error), 0.0).unless_tiny(|| true);
+            let is_exact = base.middle == T::ZERO || base.middle == T::ONE || exponent == 0.0;
+            return Ball::new((power, error), 0.0).unless_tiny(|| is_exact);
         }
         if exponent < 0.0 || exponent.is_nan() {
             return Ball { middle: power, radius: f64::INFINITY };
