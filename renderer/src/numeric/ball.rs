@@ -283,9 +283,12 @@ impl<T: Bounding> Real for Ball<T> {
         let (root, rest) = T::root(self.middle.max(T::ZERO));
         let s = size(root);
         let spread = rest + self.radius;
-        if s * s > spread && s * s > LEAST {
-            // The root of x' differs by |x' - s²| / (√x' + s), where x' is not negative.
-            return Ball::new((root, 0.0), spread / s);
+        let square = s * s;
+        if square > spread && square > LEAST {
+            // The root of x' differs by |x' - s²| / (√x' + s), where x' is at least s² - spread, so that
+            // √x' is at least s (1 - spread / s²).
+            let radius = spread / s * (square / (2.0 * square - spread));
+            return Ball::new((root, 0.0), radius).unless_tiny(|| spread == 0.0);
         }
         if spread == 0.0 && s == 0.0 {
             return Self::ZERO;

@@ -250,6 +250,16 @@ fn rough_doubles_know_zeros_alone_to_be_exact() {
     assert!((tiny * tiny).radius < 1e-149);
 }
 
+#[test]
+fn bounds_of_roots_are_half_those_of_squares() {
+    // The root of 4 + r is 2 + r / 4, and little less.
+    let root = Ball { middle: 4.0, radius: 1e-9 }.sqrt_or_zero();
+    assert!((2.5e-10..2.501e-10).contains(&root.radius), "{root:?}");
+    // That of 4 - 3 is 1: the bound holds it, and not twice as much.
+    let root = Ball { middle: 4.0, radius: 3.0 }.sqrt_or_zero();
+    assert!((1.0..1.5).contains(&root.radius), "{root:?}");
+}
+
 /// Sums of products of which much cancels, or all.
 fn cancelling<T: Exactly>(numbers: &mut Numbers) {
     let [(a, x), (b, y)] = [0; 2].map(|_| numbers.ball::<T>());
