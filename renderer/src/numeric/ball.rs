@@ -4,8 +4,8 @@
 //! whichever real numbers the operands stand for. Its radius sums up what the radii of the operands
 //! become and what the operation itself rounds off; no rounding mode is ever changed. A result that
 //! was not rounded adds nothing ("residual" bounds), so that exact numbers stay exact. Finding that out
-//! is half of the time that balls of doubles take, so that there are balls of [rough](rough::Rough) doubles too,
-//! which do so for zeros alone.
+//! is a third of the time that balls of doubles take, so that there are balls of [rough](rough::Rough) doubles
+//! too, which do so for little more than zeros.
 //!
 //! A comparison of balls that overlap cannot be decided. It then answers as the middles say, and
 //! leaves a mark, which [`Real::take_doubt`] asks for and takes away: what followed from the answer is
@@ -240,6 +240,7 @@ impl<T: Bounding> Real for Ball<T> {
     const ONE: Self = Ball { middle: T::ONE, radius: 0.0 };
     const KEEPS_ACCOUNT: bool = true;
     const ASKS_FOR_BOUNDS: bool = !T::HOLDS_DOUBLE_PRODUCTS;
+    const COUNTS_ONLY_IF_CERTAIN: bool = !T::HOLDS_DOUBLE_PRODUCTS;
     const HOLDS_DOUBLE_PRODUCTS: bool = T::HOLDS_DOUBLE_PRODUCTS;
 
     #[inline(always)]
