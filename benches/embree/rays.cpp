@@ -18,7 +18,8 @@ namespace {
 constexpr int WIDTH = 800, HEIGHT = 600;
 constexpr double FOV_DEG = 75.0;
 constexpr float FAR = std::numeric_limits<float>::infinity();
-// The plane is a square of this half width; the lowest ray that meets the real one does so at 1600.
+// The plane is a square of this half width; the lowest rays that meet the real one do so at
+// z = 2084, with x up to 1600.
 constexpr float PLANE_EXTENT = 1e5f;
 constexpr double PLANE_Y = -2.0;
 // Shadow rays start so far off the surface: a hundred times the rounding of single precision here, and a

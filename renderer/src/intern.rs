@@ -23,7 +23,8 @@ struct Quadric<R> {
     unit: f64,
 }
 
-/// Of doubles: an entry adds up three products of rounded numbers, and a key ten entries.
+/// Of doubles: an entry adds up three products of rounded numbers, and a key ten entries. In
+/// double-double a key takes 35 units of 2^-106 at most, of the 64 in [`DD_ERROR`].
 const DOUBLE_ERROR: f64 = 16.0 * f64::UNIT_ROUNDOFF;
 
 /// Rows and columns of the ten entries; 3 is the constant.
@@ -98,7 +99,8 @@ impl Faces {
     ) -> (Vec<u32>, u32) {
         const ALONE: u32 = u32::MAX;
         let runs = self.runs().filter(|run| run.len() > 1);
-        let classes = runs.flat_map(|run| equal(run, &placed)).filter(|class| class.len() > 1);
+        let runs = runs.flat_map(|run| finer_runs(run, &placed));
+        let classes = runs.flat_map(|run| equal(&run, &placed)).filter(|class| class.len() > 1);
         let (mut surfaces, mut n_surfaces) = (Vec::new(), 0);
         for class in classes {
             surfaces.resize(self.0.len(), ALONE);
@@ -116,10 +118,33 @@ impl Faces {
     }
 }
 
+/// Splits faces that keys in doubles do not tell apart by such keys in double-double, and leaves out those
+/// that are told apart from all others. Far from the origin doubles leave all faces of a scene in one run,
+/// and to compare them in pairs would take time that grows with its square.
+fn finer_runs<'p>(run: &[Face], placed: impl Fn(u32) -> (Form, &'p Placement)) -> Vec<Vec<u32>> {
+    if let [first, second] = run {
+        return vec![vec![first.number, second.number]];
+    }
+    let ends = |face: &Face| {
+        let (form, placement) = placed(face.number);
+        let (sum, error) = Quadric::<Dd>::new(form, placement, DD_ERROR).sum();
+        (sum - Dd::from(error), sum + Dd::from(error), face.number)
+    };
+    let mut keys: Vec<(Dd, Dd, u32)> = run.iter().map(ends).collect();
+    keys.sort_unstable_by(|(a, _, first), (b, _, second)| a.total_cmp(b).then(first.cmp(second)));
+    let mut reach = Dd::from(f64::NEG_INFINITY);
+    let runs = keys.chunk_by(|(_, high, _), (low, _, _)| {
+        reach = Real::max(reach, *high);
+        *low <= reach
+    });
+    let runs = runs.filter(|run| run.len() > 1);
+    runs.map(|run| run.iter().map(|(_, _, number)| *number).collect()).collect()
+}
+
 /// Splits faces with nearly the same key into those whose surfaces are equal.
-fn equal<'p>(run: &[Face], placed: impl Fn(u32) -> (Form, &'p Placement)) -> Vec<Vec<u32>> {
+fn equal<'p>(run: &[u32], placed: impl Fn(u32) -> (Form, &'p Placement)) -> Vec<Vec<u32>> {
     let mut found: Vec<(Quadric<Dd>, Vec<u32>)> = Vec::new();
-    for &Face { number, .. } in run {
+    for &number in run {
         let (form, placement) = placed(number);
         let candidate = Quadric::<Dd>::new(form, placement, DD_ERROR);
         match found.iter_mut().find(|(first, _)| first.is_same(&candidate)) {
@@ -185,12 +210,11 @@ impl<R: Real> Quadric<R> {
     }
 
     /// The sum that faces are sorted by, and how far off it may be.
-    fn sum(&self) -> (f64, f64) {
-        let (mut sum, mut error) = (0.0, 0.0);
+    fn sum(&self) -> (R, f64) {
+        let (mut sum, mut error) = (R::ZERO, 0.0);
         for ((entry, entry_error), weight) in self.entries.iter().zip(&self.errors).zip(WEIGHTS) {
-            let entry = entry.to_f64();
-            sum += weight * entry;
-            error += weight * entry_error + DOUBLE_ERROR * entry.abs();
+            sum = sum + R::from_f64(weight) * *entry;
+            error += weight * entry_error + self.unit * entry.abs().to_f64();
         }
         (sum, error)
     }
@@ -271,6 +295,25 @@ mod tests {
     }
 
     #[test]
+    fn far_surfaces_are_told_apart_by_keys() {
+        let placement_at = |x: u32| {
+            let by = DVec3::new(2.5 * f64::from(x), 0.0, 1e9);
+            Placement::identity().of_transformed(TransformOp::Translate(by), &mut Turns::default())
+        };
+        // The last two stand in the same place.
+        let placements: Vec<Placement> = (0..50).chain([49]).map(placement_at).collect();
+        let mut faces = Faces::default();
+        for placement in &placements {
+            faces.add(&face_keys(ShapeKind::Sphere, placement)[..1]);
+        }
+        assert_eq!(faces.open().count(), placements.len());
+        let sphere = forms(ShapeKind::Sphere)[0];
+        let placed = |face: u32| (sphere, &placements[face as usize]);
+        let runs: Vec<_> = faces.runs().flat_map(|run| finer_runs(run, placed)).collect();
+        assert_eq!(runs, [[49, 50]]);
+    }
+
+    #[test]
     fn surfaces_a_hair_apart_stay_apart() {
         for shift in [1e-15, 1e-20, 1e-25] {
             let moved = TransformOp::Translate(DVec3::new(0.0, shift, 0.0));
@@ -278,10 +321,12 @@ mod tests {
                 surfaces(&[(ShapeKind::Sphere, &[]), (ShapeKind::Sphere, &[moved])]);
             assert_eq!(n_shared, 0, "{shift}");
         }
-        let (_, n_shared) = surfaces(&[
-            (ShapeKind::Plane, &[]),
-            (ShapeKind::Plane, &[TransformOp::RotateX(1e-20)]),
-        ]);
-        assert_eq!(n_shared, 0);
+        for angle in [1e-20, 1e-35] {
+            let (_, n_shared) = surfaces(&[
+                (ShapeKind::Plane, &[]),
+                (ShapeKind::Plane, &[TransformOp::RotateX(angle)]),
+            ]);
+            assert_eq!(n_shared, 0, "{angle}");
+        }
     }
 }

@@ -69,8 +69,8 @@ impl Placement {
     /// The same for a turn by an angle from the first axis toward the second.
     fn rotate(&mut self, (sin, cos): (Dd, Dd), axes: [usize; 2]) {
         let is_exact = [sin, cos].iter().all(|x| [Dd::ZERO, Dd::ONE].contains(&x.abs()));
-        let error = if is_exact { 0.0 } else { DD_ERROR };
-        let turn = |sin: Dd| Turn { axes, matrix: [[cos, -sin], [sin, cos]], error };
+        let relative_error = if is_exact { 0.0 } else { DD_ERROR };
+        let turn = |sin: Dd| Turn { axes, matrix: [[cos, -sin], [sin, cos]], relative_error };
         self.world_from_object.after_turn(&turn(sin));
         self.object_from_world.turn(&turn(-sin));
     }
@@ -90,13 +90,13 @@ impl Turns {
 struct Turn {
     axes: [usize; 2],
     matrix: [[Dd; 2]; 2],
-    /// Of each entry.
-    error: f64,
+    /// Of each entry: the sine of a tiny angle is known as well as its cosine.
+    relative_error: f64,
 }
 
 impl Turn {
     fn at(&self, row: usize, column: usize) -> Entry {
-        Entry { value: self.matrix[row][column], error: self.error }
+        Entry::off_by(self.matrix[row][column], self.relative_error)
     }
 
     /// The sum of products, of what there is of each side, in the order of the axes.
@@ -111,9 +111,9 @@ impl Turn {
         sum
     }
 
-    /// Bound of the 2-norm of what the matrix may be off by.
+    /// Bound of the 2-norm of what the matrix, whose entries are 1 at most, may be off by.
     fn norm_error(&self) -> f64 {
-        2.0 * self.error
+        2.0 * self.relative_error
     }
 }
 
@@ -136,9 +136,17 @@ impl Bounded {
     fn multiply_norm(&mut self, norm: f64, norm_error: f64) {
         let product = self.norm * norm;
         // An entry sums three products: 11 roundings of 2^-106 times at most the product of the
-        // norms, and three entries a row make that a bound of the matrix, still below DD_ERROR.
-        self.norm_error = self.norm_error * norm + self.norm * norm_error + DD_ERROR * product;
+        // norms, and three entries a row make that a bound of the matrix, still below DD_ERROR. What falls
+        // below the range of doubles is less than FLOOR in each of nine entries, and in this.
+        let of_factors = self.norm_error * (norm + norm_error) + self.norm * norm_error;
+        self.norm_error = of_factors + DD_ERROR * product + 4.0 * FLOOR;
         self.norm = product;
+    }
+
+    /// The same for a diagonal matrix of factors with these relative errors.
+    fn multiply_norm_of(&mut self, factors: [Dd; 3], relative_error: f64) {
+        let norm = largest(factors);
+        self.multiply_norm(norm, error_of(norm, relative_error));
     }
 
     /// Sets an entry of the matrix.
@@ -178,8 +186,7 @@ impl Bounded {
 
     /// Becomes the map that multiplies coordinates by factors with these relative errors first.
     fn after_scaling(&mut self, factors: [Dd; 3], relative_error: f64) {
-        let norm = largest(factors);
-        self.multiply_norm(norm, relative_error * norm);
+        self.multiply_norm_of(factors, relative_error);
         for row in 0..3 {
             for (column, factor) in factors.into_iter().enumerate() {
                 let factor = Entry::off_by(factor, relative_error);
@@ -190,8 +197,7 @@ impl Bounded {
 
     /// Becomes the map that multiplies coordinates by factors with these relative errors afterwards.
     fn scale(&mut self, factors: [Dd; 3], relative_error: f64) {
-        let norm = largest(factors);
-        self.multiply_norm(norm, relative_error * norm);
+        self.multiply_norm_of(factors, relative_error);
         for (row, factor) in factors.into_iter().enumerate() {
             let factor = Entry::off_by(factor, relative_error);
             for column in 0..3 {
@@ -259,7 +265,7 @@ impl Bounded {
 }
 
 /// An entry of a map.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 struct Entry {
     value: Dd,
     error: f64,
@@ -270,13 +276,24 @@ fn largest(factors: [Dd; 3]) -> f64 {
     factors.iter().fold(0.0, |norm: f64, factor| norm.max(factor.abs().to_f64()))
 }
 
+/// What falls below the range of doubles in an entry, and in its bound, is less: an operation that does
+/// so rounds off at most 2^-1075. A product of double-double has three of these in its value, and its
+/// bound three; so a sum of three products has 18, and its bound one more. A factor or a sine comes from
+/// at most four. That is 2^-1070.
+const FLOOR: f64 = f64::from_bits(1 << 4);
+
+/// That of a number of this size which has been rounded, unless its relative error is 0.
+fn error_of(size: f64, relative_error: f64) -> f64 {
+    relative_error * size + if relative_error > 0.0 { FLOOR } else { 0.0 }
+}
+
 impl Entry {
     fn exactly(value: f64) -> Entry {
         Entry { value: Dd::from(value), error: 0.0 }
     }
 
     fn off_by(value: Dd, relative_error: f64) -> Entry {
-        Entry { value, error: relative_error * value.abs().to_f64() }
+        Entry { value, error: error_of(value.abs().to_f64(), relative_error) }
     }
 
     fn is_exactly(&self, value: Dd) -> bool {
@@ -315,7 +332,7 @@ impl Sum {
 
     /// How far off it may be.
     fn bound(&self) -> f64 {
-        self.error + if self.is_rounded { DD_ERROR * self.size } else { 0.0 }
+        self.error + if self.is_rounded { DD_ERROR * self.size + FLOOR } else { 0.0 }
     }
 
     #[inline(always)]
@@ -331,7 +348,8 @@ impl Sum {
         }
         let (a_size, b_size) = (a.value.abs().to_f64(), b.value.abs().to_f64());
         self.is_rounded = true;
-        self.add(Entry { value: a.value * b.value, error: a.error * b_size + a_size * b.error });
+        let error = a.error * (b_size + b.error) + a_size * b.error;
+        self.add(Entry { value: a.value * b.value, error });
     }
 
     #[inline(always)]
@@ -348,170 +366,4 @@ impl Sum {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn placed(ops: &[TransformOp]) -> Placement {
-        // What is applied first is innermost.
-        let mut turns = Turns::default();
-        let place = |outer: Placement, &op| outer.of_transformed(op, &mut turns);
-        ops.iter().rev().fold(Placement::identity(), place)
-    }
-
-    /// The map that does `first`, then `then`, by all products of their entries.
-    fn after(then: &Bounded, first: &Bounded) -> Bounded {
-        let mut map = then.clone();
-        map.multiply_norm(first.norm, first.norm_error);
-        for row in 0..3 {
-            for column in 0..4 {
-                let mut sum = Sum::default();
-                for k in 0..3 {
-                    sum.add_product(then.at(row, k), first.at(k, column));
-                }
-                if column == 3 {
-                    map.set_shift(row, &sum.and(then.at(row, 3)));
-                } else {
-                    map.set(row, column, &sum);
-                }
-            }
-        }
-        map
-    }
-
-    /// The whole matrices of an operator and of its inverse.
-    fn maps_of(op: TransformOp) -> [Bounded; 2] {
-        let diagonal = |factors: [Dd; 3], relative_error: f64| {
-            let mut map = Bounded::identity();
-            for (axis, factor) in factors.into_iter().enumerate() {
-                map.entries[axis][axis] = factor;
-                map.errors[axis][axis] = relative_error * factor.abs().to_f64();
-            }
-            map.norm = largest(factors);
-            map.norm_error = relative_error * map.norm;
-            map
-        };
-        let turns = |angle, i: usize, j: usize| {
-            let (sin, cos) = Dd::sin_cos_degrees(angle);
-            let error = if angle == 90.0 { 0.0 } else { DD_ERROR };
-            [sin, -sin].map(|sin| {
-                let mut map = diagonal([Dd::ONE; 3], 0.0);
-                for (row, column, value) in [(i, i, cos), (j, j, cos), (i, j, -sin), (j, i, sin)] {
-                    (map.entries[row][column], map.errors[row][column]) = (value, error);
-                }
-                map.norm_error = 2.0 * error;
-                map
-            })
-        };
-        match op {
-            TransformOp::Translate(by) => [by, -by].map(|by| {
-                let mut map = diagonal([Dd::ONE; 3], 0.0);
-                for row in 0..3 {
-                    map.entries[row][3] = Dd::from(by[row]);
-                }
-                map
-            }),
-            TransformOp::Scale(by) => {
-                let factors = by.to_array().map(Dd::from);
-                [diagonal(factors, 0.0), diagonal(factors.map(|s| Dd::ONE / s), DD_ERROR)]
-            }
-            TransformOp::RotateX(angle) => turns(angle, 1, 2),
-            TransformOp::RotateY(angle) => turns(angle, 2, 0),
-            TransformOp::RotateZ(angle) => turns(angle, 0, 1),
-        }
-    }
-
-    #[test]
-    fn operators_compose_like_their_matrices() {
-        let ops = [
-            TransformOp::Translate(DVec3::new(0.1, -1e7, 0.0)),
-            TransformOp::RotateX(33.0),
-            TransformOp::Scale(DVec3::new(0.3, 1.0, -7.0)),
-            TransformOp::RotateY(-101.5),
-            TransformOp::Translate(DVec3::new(0.0, 2.5, 1e-3)),
-            TransformOp::RotateZ(90.0),
-            TransformOp::Scale(DVec3::splat(1.0 / 3.0)),
-            TransformOp::RotateZ(17.0),
-        ];
-        let mut turns = Turns::default();
-        for start in 0..ops.len() {
-            let mut placement = Placement::identity();
-            for op in ops.iter().cycle().skip(start).step_by(3).take(12) {
-                let [forward, inverse] = maps_of(*op);
-                let expected = Placement {
-                    world_from_object: after(&placement.world_from_object, &forward),
-                    object_from_world: after(&inverse, &placement.object_from_world),
-                };
-                placement = placement.of_transformed(*op, &mut turns);
-                assert_eq!(placement, expected, "{op:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn full_turns_are_the_identity() {
-        let identity: Affine<f64> = Placement::identity().world_from_object.rounded();
-        for (angle, times) in [(90.0, 4), (1.0, 360), (10.0, 36), (120.0, 3), (45.0, 8)] {
-            for op in [
-                TransformOp::RotateX(angle),
-                TransformOp::RotateY(angle),
-                TransformOp::RotateZ(angle),
-            ] {
-                let placement = placed(&vec![op; times]);
-                assert_eq!(placement.world_from_object.rounded::<f64>(), identity, "{op:?}");
-                assert_eq!(placement.object_from_world.rounded::<f64>(), identity, "{op:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn there_and_back_is_the_identity() {
-        let far = DVec3::new(1e7, 0.0, 0.0);
-        let ops = [
-            TransformOp::Translate(far),
-            TransformOp::RotateY(30.0),
-            TransformOp::Scale(DVec3::new(3.0, 7.0, -0.1)),
-            TransformOp::Scale(DVec3::new(1.0 / 4.0, 1.0, 1.0)),
-            TransformOp::Scale(DVec3::new(4.0, 1.0, 1.0)),
-        ];
-        let placement = placed(&ops);
-        let there = placement.world_from_object.rounded::<f64>();
-        let back = placement.object_from_world.rounded::<f64>();
-        for p in [Vec3::new(1.0, 2.0, 3.0), Vec3::new(-0.3, 0.7, 1e3)] {
-            let q = back.point(there.point(p));
-            // Both shifts, of at most 3e7, are rounded to doubles.
-            assert!((q - p).max_norm() <= 3e7 * f64::EPSILON, "{q:?}");
-        }
-        let undone = placed(&[
-            TransformOp::Translate(far),
-            TransformOp::RotateY(30.0),
-            TransformOp::RotateY(-30.0),
-            TransformOp::Translate(-far),
-        ]);
-        assert_eq!(
-            undone.world_from_object.rounded::<f64>(),
-            Placement::identity().world_from_object.rounded()
-        );
-    }
-
-    #[test]
-    fn extreme_factors_keep_their_small_entries() {
-        let placement =
-            placed(&[TransformOp::Scale(DVec3::new(1e40, 1.0, 1e-40)), TransformOp::RotateX(30.0)]);
-        let map = placement.world_from_object.rounded::<f64>();
-        assert_eq!(map.rows[0].x, 1e40);
-        assert!((map.rows[1].y - 0.75f64.sqrt()).abs() < 1e-15 && map.rows[2].y == 0.5);
-        assert_eq!(map.rows[1].z, -0.5 * 1e-40);
-    }
-
-    #[test]
-    fn rotations_turn_the_way_the_reference_says() {
-        let image = |op, p: [f64; 3]| {
-            let q =
-                placed(&[op]).world_from_object.rounded::<f64>().point(Vec3::new(p[0], p[1], p[2]));
-            [q.x, q.y, q.z]
-        };
-        assert_eq!(image(TransformOp::RotateX(90.0), [0.0, 1.0, 0.0]), [0.0, 0.0, 1.0]);
-        assert_eq!(image(TransformOp::RotateY(90.0), [0.0, 0.0, 1.0]), [1.0, 0.0, 0.0]);
-        assert_eq!(image(TransformOp::RotateZ(90.0), [1.0, 0.0, 0.0]), [0.0, 1.0, 0.0]);
-    }
-}
+mod tests;

@@ -14,7 +14,8 @@ const LOG2_SIZE: [u32; 2] = [5, 4];
 /// Columns whose tiles are kept: those of a row of 1024 cells are there when the next row is traced.
 const N_COLUMNS: usize = 64;
 
-/// Rows whose tiles are kept: the samples of a pixel may lie in two.
+/// Rows whose tiles are kept: a pixel of nine rows of samples lies in two at most. Of larger ones, a tile
+/// that two share is made again for each.
 const N_ROWS: usize = 2;
 
 /// The tiles of one grid that a thread has traced.

@@ -21,6 +21,8 @@ pub(crate) struct Workspace<R> {
     pub(crate) taken: Vec<Taken<R>>,
     crossings: Vec<Crossing<R>>,
     states: Vec<State>,
+    /// Of each node the operand that paints where a tie has changed the node, and that tie.
+    painters: Vec<(u64, u32)>,
     /// Number of the current tie; ties of all rays count on.
     tie: u64,
     /// Numbers from here on belong to the current ray.
@@ -48,6 +50,7 @@ impl<R: Real> Workspace<R> {
             taken: Vec::new(),
             crossings: Vec::new(),
             states: vec![State::default(); scene.nodes.len()],
+            painters: vec![(0, NONE); scene.nodes.len()],
             tie: 1,
             first_tie: 1,
             shared_roots: vec![[(0, R::ZERO); 2]; scene.n_shared as usize],
@@ -197,36 +200,137 @@ impl<R: Real> Scene<R> {
         &self,
         root: u32,
         tie: &[Crossing<R>],
-        workspace: &Workspace<R>,
+        workspace: &mut Workspace<R>,
     ) -> Option<Crossing<R>> {
-        let mut node = root;
-        let leaf = loop {
-            let op = match self.nodes[node as usize].kind {
-                Kind::Leaf(leaf) => break leaf,
-                Kind::Combined(op) => op,
-            };
-            let changed = tie
-                .iter()
-                .filter_map(|crossing| self.operand_above(crossing.leaf(), node))
-                .filter(|operand| workspace.has_changed(*operand));
-            node = if op == SetOp::Union { changed.max() } else { changed.min() }?;
+        let crossing = match tie {
+            [crossing] => crossing,
+            _ => {
+                let leaf = self.painting_leaf(root, tie, workspace)?;
+                // A leaf that is entered and left within the tie has not changed: one crossing is meant.
+                tie.iter().find(|crossing| crossing.leaf() == leaf)?
+            }
         };
-        // A leaf that is entered and left within the tie has not changed: one crossing is meant.
-        let crossing = tie.iter().find(|crossing| crossing.leaf() == leaf)?;
         let is_entry = workspace.is_inside(root);
-        Some(Crossing::new(crossing.t, leaf, crossing.root(), is_entry))
+        Some(Crossing::new(crossing.t, crossing.leaf(), crossing.root(), is_entry))
     }
 
+    /// The leaf of that crossing. The way up from each leaf, as far as it has changed anything, is gone
+    /// once, to tell nodes of their operands.
+    fn painting_leaf(
+        &self,
+        root: u32,
+        tie: &[Crossing<R>],
+        workspace: &mut Workspace<R>,
+    ) -> Option<u32> {
+        for crossing in tie {
+            let mut operand = self.details[crossing.leaf() as usize].node;
+            while operand != root && workspace.has_changed(operand) {
+                let node = self.nodes[operand as usize].parent;
+                let is_known = self.paints(operand, node, workspace);
+                if is_known {
+                    break;
+                }
+                operand = node;
+            }
+        }
+        let mut node = root;
+        loop {
+            if let Kind::Leaf(leaf) = self.nodes[node as usize].kind {
+                return Some(leaf);
+            }
+            let (tie, painter) = workspace.painters[node as usize];
+            node = (tie == workspace.tie).then_some(painter)?;
+        }
+    }
+
+    /// Tells a node of an operand that the current tie has changed. Returns whether it knew of another.
+    fn paints(&self, operand: u32, node: u32, workspace: &mut Workspace<R>) -> bool {
+        let (tie, painter) = &mut workspace.painters[node as usize];
+        let is_known = *tie == workspace.tie;
+        let of_union = self.nodes[node as usize].kind == Kind::Combined(SetOp::Union);
+        if !is_known || (operand > *painter) == of_union {
+            (*tie, *painter) = (workspace.tie, operand);
+        }
+        is_known
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::object::{Object, ShapeKind};
+    use crate::surface::SurfaceId;
+
     /// The operand of a node that a leaf is part of, if it is of one.
-    fn operand_above(&self, leaf: u32, node: u32) -> Option<u32> {
-        let mut operand = self.details[leaf as usize].node;
-        while operand > node {
-            let parent = self.nodes[operand as usize].parent;
+    fn operand_above(scene: &Scene, leaf: u32, node: u32) -> Option<u32> {
+        let mut operand = scene.details[leaf as usize].node;
+        while operand != NONE {
+            let parent = scene.nodes[operand as usize].parent;
             if parent == node {
                 return Some(operand);
             }
             operand = parent;
         }
         None
+    }
+
+    /// The leaf that paints, sought from the root downward.
+    fn sought(scene: &Scene, tie: &[u32], workspace: &Workspace<f64>) -> Option<u32> {
+        let mut node = 0;
+        loop {
+            let op = match scene.nodes[node as usize].kind {
+                Kind::Leaf(leaf) => return Some(leaf),
+                Kind::Combined(op) => op,
+            };
+            let operands = tie.iter().filter_map(|leaf| operand_above(scene, *leaf, node));
+            let changed = operands.filter(|operand| workspace.has_changed(*operand));
+            node = if op == SetOp::Union { changed.max() } else { changed.min() }?;
+        }
+    }
+
+    #[test]
+    fn the_painter_is_the_one_that_is_found_from_the_root_downward() {
+        let mut random = 1u64;
+        let mut below = |n: u64| {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (random >> 33) % n
+        };
+        let mut n_painted = 0;
+        for _ in 0..2000 {
+            let shape = || Object::shape(ShapeKind::Sphere, ());
+            let mut parts: Vec<Object<()>> = (0..9).map(|_| shape()).collect();
+            while parts.len() > 1 {
+                let [a, b] = [0; 2].map(|_| parts.swap_remove(below(parts.len() as u64) as usize));
+                let op = if parts.is_empty() { 2 } else { below(3) };
+                parts.push(match op {
+                    0 => a.union(&b),
+                    1 => a.intersect(&b),
+                    _ => a.difference(&b),
+                });
+            }
+            let scene: Scene = Scene::new(&parts[0], |()| SurfaceId(0));
+            let mut workspace = Workspace::new(&scene);
+            for _ in 0..12 {
+                workspace.tie += 1;
+                let tie: Vec<u32> = (0..9).filter(|_| below(3) == 0).collect();
+                let crossings: Vec<Crossing<f64>> = tie
+                    .iter()
+                    .map(|&leaf| {
+                        let is_inside = workspace.is_inside(scene.details[leaf as usize].node);
+                        Crossing::new(1.0, leaf, crate::shape::Root::plane(0), !is_inside)
+                    })
+                    .collect();
+                for crossing in &crossings {
+                    scene.flip(crossing, &mut workspace);
+                }
+                if workspace.has_changed(0) {
+                    n_painted += 1;
+                    let painter = scene.painter(0, &crossings, &mut workspace);
+                    let expected = sought(&scene, &tie, &workspace);
+                    assert_eq!(painter.map(|crossing| crossing.leaf()), expected);
+                }
+            }
+        }
+        assert!(n_painted > 2000, "{n_painted}");
     }
 }

@@ -62,7 +62,7 @@ fn visited(hierarchy: &Hierarchy, line: &Line, t_end: f64) -> Vec<u32> {
     items
 }
 
-/// Where a line enters a box that has not been rounded.
+/// Where a line enters a box that has been rounded to the nearest, and not outward.
 fn enters(line: &Line, bounds: &Bounds) -> Option<f64> {
     let [lo, hi] = [bounds.lo, bounds.hi].map(|end| end.to_array().map(|x| x as f32));
     let boxes = Boxes { lo: lo.map(|end| [end]), hi: hi.map(|end| [end]) };

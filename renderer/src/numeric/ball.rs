@@ -4,8 +4,8 @@
 //! whichever real numbers the operands stand for. Its radius sums up what the radii of the operands
 //! become and what the operation itself rounds off; no rounding mode is ever changed. A result that
 //! was not rounded adds nothing ("residual" bounds), so that exact numbers stay exact. Finding that out
-//! is half of the time that balls of doubles take, so that there are balls of [rough](rough::Rough) doubles too,
-//! which do so for zeros alone.
+//! is a third of the time that balls of doubles take, so that there are balls of [rough](rough::Rough) doubles
+//! too, which do so for little more than zeros.
 //!
 //! A comparison of balls that overlap cannot be decided. It then answers as the middles say, and
 //! leaves a mark, which [`Real::take_doubt`] asks for and takes away: what followed from the answer is
@@ -240,6 +240,7 @@ impl<T: Bounding> Real for Ball<T> {
     const ONE: Self = Ball { middle: T::ONE, radius: 0.0 };
     const KEEPS_ACCOUNT: bool = true;
     const ASKS_FOR_BOUNDS: bool = !T::HOLDS_DOUBLE_PRODUCTS;
+    const COUNTS_ONLY_IF_CERTAIN: bool = !T::HOLDS_DOUBLE_PRODUCTS;
     const HOLDS_DOUBLE_PRODUCTS: bool = T::HOLDS_DOUBLE_PRODUCTS;
 
     #[inline(always)]
@@ -252,6 +253,7 @@ impl<T: Bounding> Real for Ball<T> {
     fn from_dd(value: Dd) -> Self {
         // Of few operations.
         Ball::from_bounded(value, 4.0 * DD_ERROR * value.to_f64().abs())
+            .unless_tiny(|| value == Dd::ZERO)
     }
 
     #[inline]
@@ -282,9 +284,12 @@ impl<T: Bounding> Real for Ball<T> {
         let (root, rest) = T::root(self.middle.max(T::ZERO));
         let s = size(root);
         let spread = rest + self.radius;
-        if s * s > spread && s > LEAST {
-            // The root of x' differs by |x' - s²| / (√x' + s), where x' is not negative.
-            return Ball::new((root, 0.0), spread / s);
+        let square = s * s;
+        if square > spread && square > LEAST {
+            // The root of x' differs by |x' - s²| / (√x' + s), where x' is at least s² - spread, so that
+            // √x' is at least s (1 - spread / s²).
+            let radius = spread / s * (square / (2.0 * square - spread));
+            return Ball::new((root, 0.0), radius).unless_tiny(|| spread == 0.0);
         }
         if spread == 0.0 && s == 0.0 {
             return Self::ZERO;
@@ -357,7 +362,8 @@ impl<T: Bounding> Real for Ball<T> {
     fn power(base: Self, exponent: f64) -> Self {
         let (power, error) = T::power_of(base.middle, exponent);
         if base.radius == 0.0 {
-            return Ball::new((power, error), 0.0).unless_tiny(|| true);
+            let is_exact = base.middle == T::ZERO || base.middle == T::ONE || exponent == 0.0;
+            return Ball::new((power, error), 0.0).unless_tiny(|| is_exact);
         }
         if exponent < 0.0 || exponent.is_nan() {
             return Ball { middle: power, radius: f64::INFINITY };

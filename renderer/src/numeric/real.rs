@@ -34,6 +34,9 @@ pub trait Real:
     /// Whether surface functions are asked for bounds of their answers, since texture coordinates
     /// are not known to the last bit of a double.
     const ASKS_FOR_BOUNDS: bool = false;
+    /// Whether a result that is not certain is thrown away, so that a formula need not have the middles
+    /// that it has in plain numbers: those of balls of double-double are what the rules decide by.
+    const COUNTS_ONLY_IF_CERTAIN: bool = false;
     /// Whether a product of two doubles is such a number.
     const HOLDS_DOUBLE_PRODUCTS: bool;
 

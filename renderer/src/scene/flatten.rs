@@ -37,8 +37,9 @@ impl<R: Real> Scene<R> {
 
     /// Flattens a description. `intern` gives each surface function its number.
     ///
-    /// The time and memory it takes grow with [`Object::n_shapes`], which can be exponential in the
-    /// size of the program: callers must have checked it.
+    /// The memory it takes grows with [`Object::n_shapes`], which can be exponential in the size of the
+    /// program: callers must have checked it. The time grows with the transforms of each of these shapes,
+    /// as those of a shared object are gone through for each place where it stands.
     pub fn new<S: Sync + Send>(
         object: &Object<S>,
         mut intern: impl FnMut(&S) -> SurfaceId,

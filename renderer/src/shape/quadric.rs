@@ -68,9 +68,8 @@ pub(crate) fn hit_point<R: Real>(
     let a = R::signed_squares(signs, [d.x, d.y, d.z], 0.0);
     let s = (R::from_f64(k) * a - moment_form(signs, m)).sqrt_or_zero();
     let signed_s = if plus { s } else { -s };
-    // Dividing by a = |d|² loses nothing: balls, which take long, need not look for the other form.
-    let is_round = R::ASKS_FOR_BOUNDS && signs == [1.0; 3];
-    if is_round {
+    // Dividing by a = |d|² loses nothing, so that the other form need not be looked for.
+    if R::COUNTS_ONLY_IF_CERTAIN && signs == [1.0; 3] {
         return (d.cross(m) + d * signed_s) * (R::ONE / a);
     }
     // The line's point nearest to the origin, from where nothing is far.

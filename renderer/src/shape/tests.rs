@@ -6,7 +6,7 @@ use crate::numeric::dd::Dd;
 const KINDS: [ShapeKind; 5] =
     [ShapeKind::Sphere, ShapeKind::Cube, ShapeKind::Cylinder, ShapeKind::Cone, ShapeKind::Plane];
 
-/// A sequence of numbers in [0, 1) that looks random (the golden ratio's multiples, per dimension).
+/// A sequence of numbers in [0, 1) that looks random: the upper bits of a linear congruential generator.
 struct Points(u64);
 
 impl Points {

@@ -1,8 +1,9 @@
 //! Doubles whose every operation counts as rounded, for balls that take little time.
 //!
 //! What an operation rounds off is bounded by half a unit in the last place of its result, rather than
-//! found. Only results of 0 stay exact, if what they follow from is. Where a decision needs to know that
-//! another result is exact as well, balls of plain doubles tell.
+//! found. Results of 0 stay exact, if what they follow from is, and so do roots, whose residual is their
+//! bound, and whole eighths of a turn. Where a decision needs to know that another result is exact as well,
+//! balls of plain doubles tell.
 //!
 //! What falls below the range of doubles takes no case of its own, as no bound but that of 0 is lost to
 //! it: a ball is 0 exactly, or exact and at least 2^-400, or has a radius of at least 2^-505. So a
@@ -103,9 +104,8 @@ impl Bounding for Rough {
     fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Rounded<Self> {
         let [a, b, c, d] = [a, b, c, d].map(Rough::to_f64);
         let difference = f64::difference_of_products(a, b, c, d);
-        // So that products that cancel are not taken for 0.
-        const LITTLE: f64 = 1.0 / 128.0;
-        (Rough(difference), unit(2.0 * difference.abs() + LITTLE * (c * d).abs()))
+        // Kahan's relative error is two of these, so that exact products which cancel are exactly 0.
+        (Rough(difference), 2.0 * unit(difference.abs()))
     }
 
     #[inline(always)]

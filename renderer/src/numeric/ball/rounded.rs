@@ -268,7 +268,10 @@ impl Bounding for Dd {
 
     fn turns_of(x: Dd, z: Dd) -> Rounded<Dd> {
         let is_exact = x == Dd::ZERO || z == Dd::ZERO || x.abs() == z.abs();
-        (Dd::turns(x, z), if is_exact { 0.0 } else { 4.0 * DD_ERROR })
+        // Beyond, products of the coordinates have neither the range nor the digits.
+        let has_digits = (LEAST..=1.0 / LEAST).contains(&x.size().max(z.size()));
+        let error = if has_digits { 4.0 * DD_ERROR } else { f64::INFINITY };
+        (Dd::turns(x, z), if is_exact { 0.0 } else { error })
     }
 
     fn nearest_doubles(middle: Dd, radius: f64) -> [f64; 2] {

@@ -123,6 +123,13 @@ fn ln(x: Dd) -> Dd {
     if !near.is_finite() {
         return Dd::from(near);
     }
+    // Further from 1 the exponential below comes near the ends of its range, and low parts to those of
+    // doubles: 512 powers of two nearer to it neither does.
+    const FAR: f64 = 600.0;
+    if near.abs() > FAR {
+        let twos = 512f64.copysign(near);
+        return ln(x.times_power_of_two(-twos as i32)) + LN_2 * Dd::from(twos);
+    }
     let rest = if near == 0.0 { x } else { x * exp(Dd::from(-near)) };
     // 2 atanh z for |z| < 2^-6: the term of z^21 is below 2^-130.
     let z = (rest - Dd::ONE) / (rest + Dd::ONE);

@@ -201,6 +201,18 @@ fn powers_keep_their_bound() {
 }
 
 #[test]
+fn powers_of_what_is_far_from_one_keep_their_bound() {
+    for base in [1e-320, 1e-305, 1e-270, 1e270, 1.7e308] {
+        for exponent in [-0.5, 0.3, 0.5] {
+            let log = big(base).ln() * big(exponent);
+            let bound = 64.0 * (2.0 * log.to_f64().value().abs() + 8.0);
+            let power = Dd::power(Dd::from(base), exponent);
+            assert!(off_by(power, &log.exp()) <= bound, "{base}^{exponent}");
+        }
+    }
+}
+
+#[test]
 fn powers_have_ends() {
     let power = |base: f64, exponent: f64| Dd::power(Dd::from(base), exponent).to_f64();
     assert_eq!((power(0.0, 0.0), power(0.0, 2.5), power(0.5, 1e300)), (1.0, 0.0, 0.0));
