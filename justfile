@@ -29,8 +29,7 @@ deny:
 book:
     mdbook build docs
 
-# Renders the pictures of docs/gallery from scenes/, each at the size that it asks for, but the
-# picture of the README larger.
+# Renders the pictures of docs/gallery from scenes/, that of the README larger than it asks for.
 gallery:
     cargo build --release
     for scene in scenes/*.gml; do \
@@ -76,8 +75,7 @@ scaling:
     cargo run --release --quiet -- chart --scaling --runs 9 \
         --export docs/charts/scaling.json -o docs/charts/scaling.svg
 
-# A Debian package with manual pages, completions, the book and the scenes, in target/debian (needs
-# cargo-deb).
+# A Debian package, with manual pages, completions, the book and scenes (needs cargo-deb).
 deb *args:
     contrib/debian-package.sh {{args}}
 
@@ -98,14 +96,12 @@ history out:
     cargo build --release
     python3 benches/history.py "{{out}}"
 
-# Times rays of gmlvm beside those of Embree 3, in ../shared/bench/c_flake.gml, and writes JSON and a
-# table into the directory `out` (needs a C++ compiler and libembree-dev).
+# Times rays beside those of Embree 3, into the directory `out` (needs g++ and libembree-dev).
 rays out:
     cargo build --release
     python3 benches/rays.py "{{out}}"
 
-# Times gmlvm beside POV-Ray and pictures written by hand, on ../shared/bench, and writes JSON and a
-# table into the directory `out`.
+# Times scenes beside POV-Ray and pictures written by hand, into the directory `out`.
 peers out:
     cargo build --release
     python3 benches/peers.py "{{out}}"
