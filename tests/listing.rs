@@ -19,7 +19,7 @@ mod support {
 /// is the same everywhere, and one whose recursion makes values
 /// of another type at each level, so that it is not compiled.
 const SCENE: &str = "\
-[ { /x x 2.0 mulf } { sin } { 1.0 addf } { /x x x mulf } ] /functions
+[ { /x x 2.5 mulf } { sin } { 1.0 addf } { /x x x mulf } ] /functions
 { /share /color { /v /u /face color  u share mulf  0.25  1.0 } } /tinted
 { /v /u /face functions face get /f u f apply v 0.5 point 1.0 0.0 1.0 } /picked
 { /v /u /face 1.0 0.5 0.25 point 1.0 0.0 9.0 } /plain
@@ -93,8 +93,8 @@ fn machine_code_is_listed_beside_its_source() {
     placed("table L", "; 3:41");
     placed("mov rax, sin", "; 1:23");
     placed("mulsd xmm0, xmm0, xmm0", "; 1:51");
-    assert!(text.contains("   1 | [ { /x x 2.0 mulf } { sin }"), "{text}");
-    assert!(text.lines().any(|line| line.contains("; 2.0") && line.ends_with("; 1:14")), "{text}");
+    assert!(text.contains("   1 | [ { /x x 2.5 mulf } { sin }"), "{text}");
+    assert!(text.lines().any(|line| line.contains("; 2.5") && line.ends_with("; 1:14")), "{text}");
     // Without what is different in each run.
     assert_eq!(text, show(&sandbox, &["--emit", "asm", "--surface", "2"]));
 }
