@@ -46,6 +46,7 @@ impl Shaders<'_> {
 
 impl NativeSurfaces<'_> {
     /// [`SurfaceEval::eval_bounded`].
+    #[inline(always)]
     pub(crate) fn bounds(
         &mut self,
         surface: SurfaceId,
@@ -75,6 +76,7 @@ impl NativeSurfaces<'_> {
 
     /// Decides how a surface is evaluated from now on.
     #[cold]
+    #[inline(never)]
     fn decide_at(&mut self, index: usize, surface: SurfaceId, at: &impl LocateBounded) {
         let at = at.locate_bounded(Needs::ALL);
         let centre = SurfacePoint { face: at.face, u: at.u.value, v: at.v.value };

@@ -201,10 +201,11 @@ impl Code<BoundedFn> {
     }
 
     /// Calls the bounded shader; none if it has left.
-    fn call(&self, environment: &[u64], face: u8, u: Bounded, v: Bounded) -> Option<BoundedOut> {
+    #[inline(always)]
+    fn call(&self, environment: &[u64], face: u8, u: Bounded, v: Bounded) -> Option<BoundedSample> {
         assert_eq!(environment.len(), self.environment_len(), "a shader and its uniforms fit");
         let (environment, face) = (environment.as_ptr(), i64::from(face));
-        let mut out = MaybeUninit::uninit();
+        let mut out = MaybeUninit::<BoundedOut>::uninit();
         // SAFETY: as for plain shaders: `entry` is finalized code of this signature in memory that
         // `self` owns. It reads fuel and as many uniforms as it was compiled for, which has been
         // checked, and tables that `self` owns, at checked indices; it writes nothing but `out`, does
@@ -212,8 +213,15 @@ impl Code<BoundedFn> {
         let status = unsafe {
             (self.entry)(environment, face, u.value, v.value, u.error, v.error, out.as_mut_ptr())
         };
+        if status != DONE {
+            return None;
+        }
         // SAFETY: code that returns `DONE` has written all results.
-        (status == DONE).then(|| unsafe { out.assume_init() })
+        let BoundedOut { values, errors } = unsafe { out.assume_init_ref() };
+        let [red, green, blue, kd, ks, phong_exp] = std::array::from_fn(|index| {
+            surfaces::bounded(load(&values[index]), load(&errors[index]))
+        });
+        Some(BoundedSample { color: [red, green, blue], kd, ks, phong_exp })
     }
 }
 
@@ -411,6 +419,7 @@ impl Native {
     }
 
     /// Calls the bounded version of the shader; none if it has left.
+    #[inline(always)]
     pub(crate) fn call_bounded(
         &self,
         code: &Code<BoundedFn>,
@@ -418,9 +427,6 @@ impl Native {
         u: Bounded,
         v: Bounded,
     ) -> Option<BoundedSample> {
-        let BoundedOut { values, errors } = code.call(&self.environment, face, u, v)?;
-        let [red, green, blue, kd, ks, phong_exp] =
-            std::array::from_fn(|index| surfaces::bounded(values[index], errors[index]));
-        Some(BoundedSample { color: [red, green, blue], kd, ks, phong_exp })
+        code.call(&self.environment, face, u, v)
     }
 }

@@ -447,7 +447,7 @@ impl SurfaceEval for NativeSurfaces<'_> {
         self.sign(surface, at)
     }
 
-    #[inline]
+    #[inline(always)]
     fn eval_bounded(
         &mut self,
         surface: SurfaceId,

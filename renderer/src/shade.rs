@@ -149,6 +149,7 @@ impl<R: Real> Sample<R> {
     }
 
     /// None if the exponent is not known exactly.
+    #[inline(always)]
     fn of_bounded(sample: &BoundedSample) -> Option<Self> {
         let number = |x: Bounded| R::from_bounded(Dd::from(x.value), x.error);
         let [red, green, blue] = sample.color.map(number);

@@ -103,6 +103,7 @@ impl SurfaceEval for InterpSurfaces<'_> {
 
 /// The point, if as much of it as is needed is known exactly: then evaluation is the bound.
 #[must_use]
+#[inline]
 pub fn known(at: &BoundedPoint, needs: Needs) -> Option<SurfacePoint> {
     let is_unknown = |is_needed: bool, coordinate: Bounded| is_needed && coordinate.error != 0.0;
     let has_unknown = is_unknown(needs.u, at.u) || is_unknown(needs.v, at.v);
@@ -111,6 +112,7 @@ pub fn known(at: &BoundedPoint, needs: Needs) -> Option<SurfacePoint> {
 
 /// What is known of a number that differs from `value` by at most `error`: of NaN, nothing.
 #[must_use]
+#[inline]
 pub fn bounded(value: f64, error: f64) -> Bounded {
     let is_unknown = value.is_nan() || error.is_nan();
     Bounded { value, error: if is_unknown { f64::INFINITY } else { error } }
@@ -118,6 +120,7 @@ pub fn bounded(value: f64, error: f64) -> Bounded {
 
 /// The sample itself.
 #[must_use]
+#[inline]
 pub fn exact(sample: &SurfaceSample) -> BoundedSample {
     let exact = |value| bounded(value, 0.0);
     BoundedSample {

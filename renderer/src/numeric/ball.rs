@@ -256,14 +256,11 @@ impl<T: Bounding> Real for Ball<T> {
             .unless_tiny(|| value == Dd::ZERO)
     }
 
-    #[inline]
+    #[inline(always)]
     fn from_bounded(value: Dd, error: f64) -> Self {
         let middle = T::from_dd(value);
-        let rounding = if T::HOLDS_DOUBLE_PRODUCTS {
-            0.0
-        } else {
-            (value - Dd::from(middle.to_f64())).to_f64().abs()
-        };
+        // What a double has no room for.
+        let rounding = if T::HOLDS_DOUBLE_PRODUCTS { 0.0 } else { value.lo.abs() };
         Ball::new((middle, rounding), error + middle.least_radius())
     }
 
