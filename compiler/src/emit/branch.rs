@@ -9,7 +9,8 @@ use crate::op::Operator;
 use crate::source::Span;
 
 /// If more operands wait, they go to the operand stack before the sides part: each side has a list of its
-/// own, and one that ends the function pushes all of it.
+/// own, and one that ends the function pushes all of it. A condition costs at least five words, so that it is
+/// some six instructions for each.
 const MAX_PENDING: usize = 32;
 
 /// One side of an `if`, compiled, and the state it leaves.

@@ -13,7 +13,7 @@ use crate::sym::{Captures, MAX_COMPARED, Sym};
 /// A round's values may differ from those before in so many parts.
 const MAX_DIFFERENT: usize = 1024;
 
-/// So many parts of all values of a round are compared.
+/// So many parts of all values of a round are compared, which counts as a hundredth of all steps.
 const MAX_COMPARED_OF_ROUND: usize = 16 * MAX_COMPARED;
 
 /// What a loop's head is made with, or what a round brings along.
