@@ -164,7 +164,9 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
             return Ok((pixel, Certainty::Double));
         }
         let light = worker.exact.radiance(at)?;
-        let (pixel, doubt) = certain(&worker.exact, light);
+        let known = one_pixel(light);
+        let pixel = known.unwrap_or_else(|| P::from_linear(light.map(Ball::to_f64).into()));
+        let doubt = worker.exact.doubt.or(known.is_none().then_some(Doubt::Color));
         Ok((pixel, doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
     })?;
     let mut counts = RayCounts::default();
@@ -225,16 +227,12 @@ fn account(in_doubles: Option<Vec3<Ball<f64>>>, light: Vec3<Ball<Dd>>) -> [Accou
     })
 }
 
-/// A colour that a shader has found as a pixel, and why that is not certain.
-fn certain<R: Real, E: SurfaceEval, P: Pixel>(
-    shader: &Shader<'_, R, E>,
-    light: Vec3<R>,
-) -> (P, Option<Doubt>) {
+/// The one pixel that light is, if it is known well enough.
+fn one_pixel<R: Real, P: Pixel>(light: Vec3<R>) -> Option<P> {
     let ends: [[f64; 2]; 3] = light.map(R::ends).into();
-    let is_finite = ends.iter().flatten().all(|end| end.is_finite());
+    let is_finite = ends.iter().all(|[least, most]| most - least < f64::INFINITY);
     let [least, most] = [0, 1].map(|end| P::from_linear(ends.map(|ends| ends[end])));
-    let doubt = (!is_finite || least != most).then_some(Doubt::Color);
-    (P::from_linear(light.map(R::to_f64).into()), shader.doubt.or(doubt))
+    (is_finite && least == most).then_some(least)
 }
 
 /// A pixel, if a shader finds it for certain.
@@ -243,8 +241,7 @@ fn if_certain<R: Real, E: SurfaceEval, P: Pixel>(
     at: ImagePoint,
 ) -> Option<P> {
     let light = shader.radiance(at).ok()?;
-    let (pixel, doubt) = certain(shader, light);
-    doubt.is_none().then_some(pixel)
+    if shader.doubt.is_some() { None } else { one_pixel(light) }
 }
 
 #[cfg(test)]

@@ -70,12 +70,10 @@ impl Attenuation {
         }
     }
 
-    /// The factor at distance `d`; 0 where the denominator is not positive.
-    fn factor<R: Real>(self, d: R) -> R {
+    /// The same in the tracer's numbers.
+    fn fading<R: Real>(self) -> Fading<R> {
         let (numerator, coefficients) = self.law();
-        let [a0, a1, a2] = coefficients.map(R::from_f64);
-        let denominator = d.mul_add(d.mul_add(a2, a1), a0);
-        if denominator > R::ZERO { R::from_f64(numerator) / denominator } else { R::ZERO }
+        Fading { numerator: R::from_f64(numerator), coefficients: coefficients.map(R::from_f64) }
     }
 
     /// What neither the factor nor 1 exceeds; infinite if there is no such bound.
@@ -92,12 +90,29 @@ impl Attenuation {
     }
 }
 
+/// How a light grows weaker: numerator, and coefficients of the denominator.
+#[derive(Clone, Debug)]
+struct Fading<R> {
+    numerator: R,
+    coefficients: [R; 3],
+}
+
+impl<R: Real> Fading<R> {
+    /// The factor at distance `d`; 0 where the denominator is not positive.
+    #[inline(always)]
+    fn at(&self, d: R) -> R {
+        let [a0, a1, a2] = self.coefficients;
+        let denominator = d.mul_add(d.mul_add(a2, a1), a0);
+        if denominator > R::ZERO { self.numerator / denominator } else { R::ZERO }
+    }
+}
+
 /// A light prepared for shading.
 #[derive(Clone, Debug)]
 pub(crate) struct Lamp<R> {
     source: Source<R>,
     color: Vec3<R>,
-    attenuation: Attenuation,
+    fading: Fading<R>,
     /// The colour with the attenuation of all finite distances, if that is the same.
     faded: Option<Vec3<R>>,
 }
@@ -158,8 +173,9 @@ impl<R: Real> Lamp<R> {
         };
         let color: Vec3<R> = Vec3::from_dvec3(color);
         let is_constant = omissions.holds(Part::Fading) && attenuation.is_constant();
-        let faded = is_constant.then(|| color * attenuation.factor(R::ONE));
-        Lamp { source, color, attenuation, faded }
+        let fading = attenuation.fading();
+        let faded = is_constant.then(|| color * fading.at(R::ONE));
+        Lamp { source, color, fading, faded }
     }
 
     /// Where its light comes from; none if it has none.
@@ -204,7 +220,7 @@ impl<R: Real> Lamp<R> {
         // Only where the distance is beyond all doubles, fading that is constant is not.
         let mut intensity = match self.faded {
             Some(faded) if distance.to_f64().is_finite() => faded,
-            _ => self.color * self.attenuation.factor(distance),
+            _ => self.color * self.fading.at(distance),
         };
         if let Some(spot) = spot {
             intensity = intensity * R::power(way.cos_axis.max(R::ZERO), spot.exponent);
@@ -231,10 +247,10 @@ mod tests {
 
     #[test]
     fn attenuation_follows_the_equations() {
-        assert_eq!(Attenuation::Icfp.factor(10.0), 100.0 / 199.0);
-        assert_eq!(Attenuation::Polynomial([1.0, 0.5, 0.25]).factor(2.0), 1.0 / 3.0);
-        assert_eq!(Attenuation::Polynomial([0.0, 0.0, 0.0]).factor(2.0), 0.0);
-        assert_eq!(Attenuation::Polynomial([1.0, -1.0, 0.0]).factor(2.0), 0.0);
+        assert_eq!(Attenuation::Icfp.fading().at(10.0), 100.0 / 199.0);
+        assert_eq!(Attenuation::Polynomial([1.0, 0.5, 0.25]).fading().at(2.0), 1.0 / 3.0);
+        assert_eq!(Attenuation::Polynomial([0.0, 0.0, 0.0]).fading().at(2.0), 0.0);
+        assert_eq!(Attenuation::Polynomial([1.0, -1.0, 0.0]).fading().at(2.0), 0.0);
     }
 
     #[test]

@@ -116,13 +116,14 @@ const WIDER: f64 = 1.0 + 8.0 * f64::EPSILON;
 
 impl Line {
     /// `extent` is the size of the largest coordinate of any box.
+    #[inline(always)]
     pub(crate) fn new<R: Real>(ray: &Ray<R>, conditioning: Conditioning, extent: f64) -> Self {
         let origin = ray.origin.to_dvec3();
         let size = ray.origin.max_norm().to_f64();
-        let error = conditioning.error(size) + spread(ray, extent + size);
         // Along an axis that it is parallel to, the ray is inside or far outside.
         let inverse = ray.dir.to_dvec3().recip().map(|x| x.clamp(-f64::MAX, f64::MAX));
         let of_longest = inverse.abs().min_element();
+        let error = conditioning.error(size) + spread(ray, (extent + size) * of_longest);
         // Twice the bound: `error` and this product are rounded themselves.
         Line {
             above: (origin + error).to_array(),
@@ -245,19 +246,17 @@ pub(crate) struct Boxes<const N: usize> {
     pub(crate) hi: [[f32; N]; 3],
 }
 
-/// How far the rays that a ray of balls may stand for are from one another, within `reach` of the
-/// origin.
+/// How far the rays that a ray of balls may stand for are from one another, up to `t_end`.
 #[inline(always)]
-fn spread<R: Real>(ray: &Ray<R>, reach: f64) -> f64 {
+fn spread<R: Real>(ray: &Ray<R>, t_end: f64) -> f64 {
     // Sums, unlike maxima, keep NaN, with which the ray meets all boxes.
     let radius = |v: Vec3<R>| v.x.radius() + v.y.radius() + v.z.radius();
     let (of_origin, of_dir) = (radius(ray.origin), radius(ray.dir));
     if of_origin == 0.0 && of_dir == 0.0 {
         return 0.0;
     }
-    // The longest component takes the ray out of reach by `reach` over its size; twice, since that
-    // and the sum are rounded.
-    2.0 * (of_origin + of_dir * (reach / ray.dir.max_norm().to_f64()))
+    // Twice, since `t_end` and the sum are rounded.
+    2.0 * (of_origin + of_dir * t_end)
 }
 
 /// A ray, and how it is tested against boxes.
