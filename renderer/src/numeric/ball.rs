@@ -4,8 +4,8 @@
 //! whichever real numbers the operands stand for. Its radius sums up what the radii of the operands
 //! become and what the operation itself rounds off; no rounding mode is ever changed. A result that
 //! was not rounded adds nothing ("residual" bounds), so that exact numbers stay exact. Finding that out
-//! is a third of the time that balls of doubles take, so that there are balls of [rough](rough::Rough) doubles
-//! too, which do so for little more than zeros.
+//! takes time, so that there are balls of [rough](rough::Rough) doubles too, which do so for little more
+//! than zeros.
 //!
 //! A comparison of balls that overlap cannot be decided. It then answers as the middles say, and
 //! leaves a mark, which [`Real::take_doubt`] asks for and takes away: what followed from the answer is
@@ -13,9 +13,10 @@
 
 use std::cell::Cell;
 use std::cmp::Ordering;
+use std::hint::cold_path;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
-use crate::numeric::ball::rounded::{Bounding, LEAST};
+use crate::numeric::ball::rounded::{InBalls, LEAST, is_exact_product};
 use crate::numeric::dd::{DD_ERROR, Dd};
 use crate::numeric::real::Real;
 
@@ -24,8 +25,8 @@ pub mod rounded;
 #[cfg(test)]
 mod tests;
 
-/// The real numbers that differ from `middle` by at most `radius`; infinite and NaN radii bound
-/// nothing.
+/// The real numbers that differ from `middle` by at most `radius`, with [`ROOM`]; infinite and NaN radii
+/// bound nothing.
 #[derive(Clone, Copy, Debug)]
 pub struct Ball<T> {
     middle: T,
@@ -43,14 +44,23 @@ fn doubt() {
     DOUBT.set(true);
 }
 
-/// Room for fewer than 16 roundings of 2^-53.
-const ROOM: f64 = 1.0 + 8.0 * f64::EPSILON;
+/// Room for the roundings of radii. Each operation makes one of others with fewer than 32 roundings of
+/// 2^-53, by which it may fall short, and the more so the more operations have led to it: by a sixteenth
+/// after 2^44 of them one after another, which take hours for a single pixel. That is made up for once,
+/// where something hangs on a radius: where balls are compared, where bounds are handed out, and in
+/// operations that do more with a radius than multiply it by what is known and add it up.
+const ROOM: f64 = 1.0 + 1.0 / 16.0;
 
-/// A bound from a sum of products of sizes, with room for its own roundings: fewer than 16 of 2^-53,
-/// of numbers that are not negative.
+/// A bound from a radius, or from a sum of some.
 #[inline(always)]
-fn up(bound: f64) -> f64 {
-    bound * ROOM
+fn up(radius: f64) -> f64 {
+    radius * ROOM
+}
+
+/// The same from a number that its own roundings may have made smaller, and nothing else: fewer than 16.
+#[inline(always)]
+fn rounded_up(bound: f64) -> f64 {
+    bound * (1.0 + 8.0 * f64::EPSILON)
 }
 
 #[inline(always)]
@@ -58,7 +68,7 @@ fn size<T: Real>(x: T) -> f64 {
     x.to_f64().abs()
 }
 
-impl<T: Bounding> Ball<T> {
+impl<T: InBalls> Ball<T> {
     /// Whether 0 is one of the numbers.
     pub(crate) fn holds_zero(self) -> bool {
         let is_outside = size(self.middle) > up(self.radius);
@@ -67,14 +77,31 @@ impl<T: Bounding> Ball<T> {
 
     #[inline(always)]
     fn new((middle, error): (T, f64), radius: f64) -> Self {
-        let radius = radius + error;
-        Ball { middle, radius: radius.mul_add(ROOM, T::floor(radius)) }
+        Ball { middle, radius: radius + error }.floored()
+    }
+
+    /// With room for what has fallen below the range of doubles in the radius and in the middle, unless
+    /// the radius is 0.
+    #[inline(always)]
+    fn floored(self) -> Self {
+        // NaN is not below it.
+        if T::FLOOR > 0.0 && self.radius < T::FLOOR {
+            cold_path();
+            return Ball { radius: if self.radius > 0.0 { T::FLOOR } else { 0.0 }, ..self };
+        }
+        self
+    }
+
+    /// What another radius is multiplied by in a product, at most.
+    #[inline(always)]
+    fn largest_factor(self) -> f64 {
+        self.radius.mul_add(ROOM, size(self.middle))
     }
 
     /// What bounds `x` from above, for a number of either sign.
     #[inline(always)]
     fn largest(self) -> f64 {
-        up(size(self.middle) + self.radius)
+        rounded_up(size(self.middle) + up(self.radius))
     }
 
     /// Whether all of it is on one side of 0, or it is 0.
@@ -89,7 +116,7 @@ impl<T: Bounding> Ball<T> {
     #[inline(always)]
     fn unless_tiny(self, is_exact: impl FnOnce() -> bool) -> Self {
         // NaN is not tiny.
-        if !T::HAS_FLOOR && self.radius < LEAST && !(self.radius == 0.0 && is_exact()) {
+        if T::FLOOR == 0.0 && self.radius < LEAST && !(self.radius == 0.0 && is_exact()) {
             return Ball { radius: LEAST, ..self };
         }
         self
@@ -99,8 +126,8 @@ impl<T: Bounding> Ball<T> {
     #[inline(always)]
     fn decide(self, other: Self, by_middles: impl Fn(&T, &T) -> bool) -> bool {
         let gap = (self.middle - other.middle).to_f64().abs();
-        // With room for the rounding of the gap.
-        let is_certain = gap > up(self.radius + other.radius) && gap.is_finite();
+        // Beside the room for radii the rounding of the gap is nothing.
+        let is_certain = gap > up(self.radius + other.radius) && gap < f64::INFINITY;
         if !is_certain && !self.is_certain_beside(other) {
             doubt();
         }
@@ -117,17 +144,15 @@ impl<T: Bounding> Ball<T> {
     }
 }
 
-impl<T: Bounding> Add for Ball<T> {
+impl<T: InBalls> Add for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        // Nothing falls below the range of doubles in a sum.
-        let (middle, error) = T::sum(self.middle, other.middle);
-        Ball { middle, radius: up(self.radius + other.radius + error) }
+        T::sum(self, other)
     }
 }
 
-impl<T: Bounding> Sub for Ball<T> {
+impl<T: InBalls> Sub for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -135,7 +160,7 @@ impl<T: Bounding> Sub for Ball<T> {
     }
 }
 
-impl<T: Bounding> Neg for Ball<T> {
+impl<T: InBalls> Neg for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -143,44 +168,27 @@ impl<T: Bounding> Neg for Ball<T> {
     }
 }
 
-/// What the radii of two factors become in their product.
-#[inline(always)]
-fn radius_of_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> f64 {
-    size(a.middle).mul_add(b.radius, a.radius * (size(b.middle) + b.radius))
-}
-
-/// Whether a product that seems to be exact is: nothing of it can have been lost to underflow.
-#[inline]
-fn is_exact_product<T: Bounding>(a: Ball<T>, b: Ball<T>) -> bool {
-    let product = size(a.middle) * size(b.middle);
-    let is_large = a.radius == 0.0 && b.radius == 0.0 && product >= LEAST;
-    is_large || a.is_surely_zero() || b.is_surely_zero()
-}
-
-impl<T: Bounding> Mul for Ball<T> {
+impl<T: InBalls> Mul for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let product = T::product(self.middle, other.middle);
-        Ball::new(product, radius_of_product(self, other))
-            .unless_tiny(|| is_exact_product(self, other))
+        T::product(self, other)
     }
 }
 
-impl<T: Bounding> Div for Ball<T> {
+impl<T: InBalls> Div for Ball<T> {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
         let (quotient, rest) = T::quotient(self.middle, other.middle);
         // a'/b' - q = (a' - q b') / b' with a' - q b' = (a - q b) + (a' - a) - q (b' - b).
-        let numerator = up(rest + self.radius + size(quotient) * other.radius);
-        // Down, for the roundings of the difference.
-        let denominator = (size(other.middle) - other.radius) * (1.0 - 4.0 * f64::EPSILON);
-        if T::HAS_FLOOR {
+        let numerator = size(quotient).mul_add(other.radius, rest + self.radius);
+        let denominator = other.radius.mul_add(-ROOM, size(other.middle));
+        if T::FLOOR > 0.0 {
+            let radius = if denominator > 0.0 { numerator / denominator } else { f64::INFINITY };
             // The numerator is 0 for an exact 0 alone, however much it is divided by.
-            let radius = up(numerator / denominator) + T::floor(numerator);
-            let radius = if denominator > 0.0 { radius } else { f64::INFINITY };
-            return Ball { middle: quotient, radius };
+            let is_tiny = radius < T::FLOOR && numerator > 0.0;
+            return Ball { middle: quotient, radius: if is_tiny { T::FLOOR } else { radius } };
         }
         let holds_zero = denominator <= 0.0 || denominator.is_nan();
         if holds_zero {
@@ -188,7 +196,7 @@ impl<T: Bounding> Div for Ball<T> {
         }
         let is_tiny = numerator < LEAST;
         if !is_tiny {
-            return Ball { middle: quotient, radius: up(numerator / denominator) }
+            return Ball { middle: quotient, radius: numerator / denominator }
                 .unless_tiny(|| false);
         }
         let is_exact = numerator == 0.0
@@ -196,17 +204,17 @@ impl<T: Bounding> Div for Ball<T> {
         if is_exact {
             return Ball { middle: quotient, radius: 0.0 };
         }
-        Ball { middle: quotient, radius: up(LEAST / denominator + LEAST) }
+        Ball { middle: quotient, radius: LEAST / denominator + LEAST }
     }
 }
 
-impl<T: Bounding> PartialEq for Ball<T> {
+impl<T: InBalls> PartialEq for Ball<T> {
     fn eq(&self, other: &Self) -> bool {
         self.decide(*other, |a, b| a == b)
     }
 }
 
-impl<T: Bounding> PartialOrd for Ball<T> {
+impl<T: InBalls> PartialOrd for Ball<T> {
     fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
         self.decide(*other, |_, _| true);
         self.middle.partial_cmp(&other.middle)
@@ -233,7 +241,7 @@ impl<T: Bounding> PartialOrd for Ball<T> {
     }
 }
 
-impl<T: Bounding> Real for Ball<T> {
+impl<T: InBalls> Real for Ball<T> {
     /// That of the middles, by which ties are resolved that cannot be decided.
     const UNIT_ROUNDOFF: f64 = T::UNIT_ROUNDOFF;
     const ZERO: Self = Ball { middle: T::ZERO, radius: 0.0 };
@@ -282,33 +290,24 @@ impl<T: Bounding> Real for Ball<T> {
         let s = size(root);
         let spread = rest + self.radius;
         let square = s * s;
-        if square > spread && square > LEAST {
+        let most = up(spread);
+        if square > most && square > LEAST {
             // The root of x' differs by |x' - s²| / (√x' + s), where x' is at least s² - spread, so that
-            // √x' is at least s (1 - spread / s²).
-            let radius = spread / s * (square / (2.0 * square - spread));
-            return Ball::new((root, 0.0), radius).unless_tiny(|| spread == 0.0);
+            // √x' is at least s (1 - spread / s²). Halves, as twice the largest numbers are infinite.
+            let radius = spread / s * (0.5 * square / (square - 0.5 * most));
+            return Ball { middle: root, radius }.floored().unless_tiny(|| spread == 0.0);
         }
         if spread == 0.0 && s == 0.0 {
             return Self::ZERO;
         }
-        // √x' is between 0 and the root of the largest.
-        let largest = (size(self.middle) + self.radius).sqrt();
-        Ball { middle: root, radius: up(up(largest).max(LEAST)) }
+        // √x' is between 0 and the root of the largest. NaN stays.
+        let most = rounded_up(self.largest().sqrt());
+        Ball { middle: root, radius: if most < LEAST { LEAST } else { most } }
     }
 
     #[inline(always)]
-    fn inverse_root(self) -> Self {
-        let inverse = T::ONE / self.middle.sqrt_or_zero();
-        let q = inverse.to_f64();
-        let relative = up(self.radius * q * q);
-        // NaN, and what may be 0 or less, are none of these.
-        let is_small = relative <= 0.25;
-        if !T::HAS_FLOOR || !is_small {
-            return Self::ONE / self.sqrt_or_zero();
-        }
-        // 1/√(1 - e) is at most 1 + e/2 (1 + e) for e <= 1/4. The root and the quotient are rounded.
-        let growth = 0.5 * relative * (1.0 + relative);
-        Ball::new((inverse, 2.5 * T::UNIT_ROUNDOFF * q), q * growth)
+    fn unit(v: [Self; 3]) -> [Self; 3] {
+        T::unit_of(v)
     }
 
     #[inline(always)]
@@ -321,9 +320,7 @@ impl<T: Bounding> Real for Ball<T> {
 
     #[inline(always)]
     fn mul_add(self, factor: Self, term: Self) -> Self {
-        let spread = radius_of_product(self, factor) + term.radius;
-        let sum = T::product_sum(self.middle, factor.middle, term.middle);
-        Ball::new(sum, spread).unless_tiny(|| term.radius == 0.0 && is_exact_product(self, factor))
+        T::product_sum(self, factor, term)
     }
 
     #[inline(always)]
@@ -338,17 +335,18 @@ impl<T: Bounding> Real for Ball<T> {
 
     #[inline(always)]
     fn difference_of_products(a: Self, b: Self, c: Self, d: Self) -> Self {
-        let spread = radius_of_product(a, b) + radius_of_product(c, d);
-        let difference = T::product_difference(a.middle, b.middle, c.middle, d.middle);
-        Ball::new(difference, spread)
-            .unless_tiny(|| is_exact_product(a, b) && is_exact_product(c, d))
+        T::product_difference([a, b], [c, d])
     }
 
     #[inline(always)]
     fn signed_squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Self {
         let of_square = |index: usize| {
             let Ball { middle, radius } = p[index];
-            if signs[index] == 0.0 { 0.0 } else { radius * (2.0 * size(middle) + radius) }
+            if signs[index] == 0.0 {
+                0.0
+            } else {
+                radius * radius.mul_add(ROOM, 2.0 * size(middle))
+            }
         };
         let spread = of_square(0) + of_square(1) + of_square(2);
         let middles = p.map(|x| x.middle);
@@ -366,7 +364,7 @@ impl<T: Bounding> Real for Ball<T> {
             return Ball { middle: power, radius: f64::INFINITY };
         }
         // b (1 + r) to the power of n is bⁿ (1 + r)ⁿ, with (1 + r)ⁿ - 1 <= exp(n r) - 1, which is at
-        // most 2 n r for n r <= 1; for n < 1 and r <= 1/2 it is at most 2 r downward.
+        // most 2 n r for n r <= 1; for n < 1 it is at most r downward.
         let relative = base.radius / size(base.middle);
         let growth = exponent.max(1.0) * relative;
         if growth <= 0.5 {
@@ -389,7 +387,7 @@ impl<T: Bounding> Real for Ball<T> {
             return Ball { middle: turns, radius: error };
         }
         let is_ahead = z.middle.to_f64() >= 0.0;
-        let is_on_seam = x.radius >= size(x.middle) && is_ahead;
+        let is_on_seam = up(x.radius) >= size(x.middle) && is_ahead;
         let (spread, distance) = (up(x.radius + z.radius), size(x.middle).max(size(z.middle)));
         let rest = distance - spread;
         let holds_axis = rest <= 0.0 || rest.is_nan();
@@ -444,9 +442,11 @@ impl<T: Bounding> Real for Ball<T> {
 
     #[inline(always)]
     fn is_below(self, bound: f64) -> bool {
+        // Bounds come from fewer than 16 operations on doubles.
+        const BOUND_ERROR: f64 = 8.0 * f64::EPSILON;
         let size = size(self.middle);
         let is_certain =
-            self.radius == 0.0 || (size - bound).abs() > up(self.radius + up(bound) - bound);
+            self.radius == 0.0 || (size - bound).abs() > up(self.radius) + BOUND_ERROR * bound;
         if !is_certain {
             doubt();
         }
@@ -465,11 +465,11 @@ impl<T: Bounding> Real for Ball<T> {
 
     #[inline(always)]
     fn radius(self) -> f64 {
-        self.radius
+        up(self.radius)
     }
 
     fn nearest_double(self) -> f64 {
-        let [low, high] = T::nearest_doubles(self.middle, self.radius);
+        let [low, high] = self.ends();
         if low != high {
             doubt();
         }
@@ -477,7 +477,7 @@ impl<T: Bounding> Real for Ball<T> {
     }
 
     fn ends(self) -> [f64; 2] {
-        T::nearest_doubles(self.middle, self.radius)
+        T::nearest_doubles(self.middle, up(self.radius))
     }
 
     #[inline(always)]

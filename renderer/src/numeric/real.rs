@@ -64,11 +64,12 @@ pub trait Real:
     #[must_use]
     fn sqrt_or_zero(self) -> Self;
 
-    /// 1 over the square root of a number above 0.
+    /// A vector divided by its length, which is above 0.
     #[must_use]
     #[inline(always)]
-    fn inverse_root(self) -> Self {
-        Self::ONE / self.sqrt_or_zero()
+    fn unit(v: [Self; 3]) -> [Self; 3] {
+        let inverse = Self::ONE / Self::dot(v, v).sqrt_or_zero();
+        v.map(|x| x * inverse)
     }
 
     /// The product with a sign: -1, 0 or 1.

@@ -113,7 +113,8 @@ impl<R: Real> Vec3<R> {
 
     #[inline(always)]
     fn over_its_length(self) -> Self {
-        self * self.dot(self).inverse_root()
+        let [x, y, z] = R::unit(self.into());
+        Vec3 { x, y, z }
     }
 
     #[cold]

@@ -1,25 +1,19 @@
 //! Operations that say how far off their results are.
 
-use crate::numeric::ball::Ball;
+use crate::numeric::ball::{Ball, size};
 use crate::numeric::dd::{DD_ERROR, Dd, two_product, two_sum};
 use crate::numeric::real::{Real, is_by_squaring};
 
 /// A result, and a bound of its error.
 pub type Rounded<T> = (T, f64);
 
-/// Numbers whose operations bound what they round off, wherever that neither overflows nor falls
-/// below [`LEAST`]. A result that is exact by an argument that costs little has a bound of 0, so that
-/// symmetric scenes, and what lies along an axis, stay exact.
+/// Numbers that balls are made of, with operations that bound what they round off, wherever that neither
+/// overflows nor falls below [`LEAST`]. A result that is exact by an argument that costs little has a
+/// bound of 0, so that symmetric scenes, and what lies along an axis, stay exact.
 pub trait Bounding: Real {
-    /// Whether [`Bounding::floor`] takes care of what falls below the range of doubles.
-    const HAS_FLOOR: bool = false;
-
-    /// Room for what has fallen below the range of doubles in a bound and in its result: none in a bound
-    /// of 0.
-    #[inline(always)]
-    fn floor(_: f64) -> f64 {
-        0.0
-    }
+    /// What radii that are not 0 have at least, as room for what falls below the range of doubles; 0 if
+    /// operations find out themselves.
+    const FLOOR: f64 = 0.0;
 
     /// The radius that a ball of this number has at least.
     #[inline(always)]
@@ -27,34 +21,11 @@ pub trait Bounding: Real {
         0.0
     }
 
-    /// The inner product, and a number added to it.
-    #[inline(always)]
-    fn inner_product(
-        a: [Ball<Self>; 3],
-        b: [Ball<Self>; 3],
-        term: Option<Ball<Self>>,
-    ) -> Ball<Self> {
-        let last = term.map_or_else(|| a[2] * b[2], |term| a[2].mul_add(b[2], term));
-        a[0].mul_add(b[0], a[1].mul_add(b[1], last))
-    }
-
-    /// `a + b`.
-    fn sum(a: Self, b: Self) -> Rounded<Self>;
-
-    /// `a * b`.
-    fn product(a: Self, b: Self) -> Rounded<Self>;
-
     /// `q = a / b`, and a bound of `a - q b`.
     fn quotient(a: Self, b: Self) -> Rounded<Self>;
 
     /// The square root s of a number that is not negative, and a bound of `a - s²`.
     fn root(a: Self) -> Rounded<Self>;
-
-    /// `a b + c`.
-    fn product_sum(a: Self, b: Self, c: Self) -> Rounded<Self>;
-
-    /// `a b - c d`.
-    fn product_difference(a: Self, b: Self, c: Self, d: Self) -> Rounded<Self>;
 
     /// `s1 x² + s2 y² + s3 z² - k` for signs s.
     fn squares(signs: [f64; 3], p: [Self; 3], k: f64) -> Rounded<Self>;
@@ -67,6 +38,96 @@ pub trait Bounding: Real {
 
     /// The doubles nearest to the ends of an interval around a number.
     fn nearest_doubles(middle: Self, radius: f64) -> [f64; 2];
+}
+
+/// What balls of such numbers are added up and multiplied by.
+pub trait InBalls: Bounding {
+    /// `a + b`.
+    fn sum(a: Ball<Self>, b: Ball<Self>) -> Ball<Self>;
+
+    /// `a b`.
+    fn product(a: Ball<Self>, b: Ball<Self>) -> Ball<Self>;
+
+    /// `a b + c`.
+    fn product_sum(a: Ball<Self>, b: Ball<Self>, c: Ball<Self>) -> Ball<Self>;
+
+    /// `a b - c d`.
+    fn product_difference(ab: [Ball<Self>; 2], cd: [Ball<Self>; 2]) -> Ball<Self>;
+
+    /// The inner product, and a number added to it.
+    #[inline(always)]
+    fn inner_product(
+        a: [Ball<Self>; 3],
+        b: [Ball<Self>; 3],
+        term: Option<Ball<Self>>,
+    ) -> Ball<Self> {
+        let last = term.map_or_else(|| a[2] * b[2], |term| a[2].mul_add(b[2], term));
+        a[0].mul_add(b[0], a[1].mul_add(b[1], last))
+    }
+
+    /// A vector divided by its length, which is above 0.
+    #[inline(always)]
+    fn unit_of(v: [Ball<Self>; 3]) -> [Ball<Self>; 3] {
+        let inverse = Ball::ONE / Ball::dot(v, v).sqrt_or_zero();
+        v.map(|x| x * inverse)
+    }
+}
+
+/// Numbers that find out what is rounded off in sums and products.
+trait Residual: Bounding {
+    /// `a + b`.
+    fn found_sum(a: Self, b: Self) -> Rounded<Self>;
+
+    /// `a b`.
+    fn found_product(a: Self, b: Self) -> Rounded<Self>;
+
+    /// `a b + c`.
+    fn found_product_sum(a: Self, b: Self, c: Self) -> Rounded<Self>;
+
+    /// `a b - c d`.
+    fn found_product_difference(a: Self, b: Self, c: Self, d: Self) -> Rounded<Self>;
+}
+
+impl<T: Residual> InBalls for T {
+    #[inline(always)]
+    fn sum(a: Ball<T>, b: Ball<T>) -> Ball<T> {
+        // Nothing falls below the range of doubles in a sum.
+        Ball::new(T::found_sum(a.middle, b.middle), a.radius + b.radius)
+    }
+
+    #[inline(always)]
+    fn product(a: Ball<T>, b: Ball<T>) -> Ball<T> {
+        let found = T::found_product(a.middle, b.middle);
+        Ball::new(found, radius_of_product(a, b)).unless_tiny(|| is_exact_product(a, b))
+    }
+
+    #[inline(always)]
+    fn product_sum(a: Ball<T>, b: Ball<T>, c: Ball<T>) -> Ball<T> {
+        let found = T::found_product_sum(a.middle, b.middle, c.middle);
+        Ball::new(found, radius_of_product(a, b) + c.radius)
+            .unless_tiny(|| c.radius == 0.0 && is_exact_product(a, b))
+    }
+
+    #[inline(always)]
+    fn product_difference([a, b]: [Ball<T>; 2], [c, d]: [Ball<T>; 2]) -> Ball<T> {
+        let found = T::found_product_difference(a.middle, b.middle, c.middle, d.middle);
+        Ball::new(found, radius_of_product(a, b) + radius_of_product(c, d))
+            .unless_tiny(|| is_exact_product(a, b) && is_exact_product(c, d))
+    }
+}
+
+/// What the radii of two factors become in their product.
+#[inline(always)]
+fn radius_of_product<T: InBalls>(a: Ball<T>, b: Ball<T>) -> f64 {
+    size(a.middle).mul_add(b.radius, a.radius * b.largest_factor())
+}
+
+/// Whether a product that seems to be exact is: nothing of it can have been lost to underflow.
+#[inline]
+pub(super) fn is_exact_product<T: InBalls>(a: Ball<T>, b: Ball<T>) -> bool {
+    let product = size(a.middle) * size(b.middle);
+    let is_large = a.radius == 0.0 && b.radius == 0.0 && product >= LEAST;
+    is_large || a.is_surely_zero() || b.is_surely_zero()
 }
 
 /// Products below this may have lost digits to underflow, and bounds below it their meaning: it is
@@ -91,19 +152,33 @@ fn compensated<const N: usize>(terms: [f64; N], low_parts: f64, low_size: f64) -
     (result.hi, result.lo.abs() + OF_LOW_PARTS * size)
 }
 
-impl Bounding for f64 {
+impl Residual for f64 {
     #[inline(always)]
-    fn sum(a: f64, b: f64) -> Rounded<f64> {
+    fn found_sum(a: f64, b: f64) -> Rounded<f64> {
         let sum = two_sum(a, b);
         (sum.hi, sum.lo.abs())
     }
 
     #[inline(always)]
-    fn product(a: f64, b: f64) -> Rounded<f64> {
+    fn found_product(a: f64, b: f64) -> Rounded<f64> {
         let product = two_product(a, b);
         (product.hi, product.lo.abs())
     }
 
+    #[inline(always)]
+    fn found_product_sum(a: f64, b: f64, c: f64) -> Rounded<f64> {
+        let ab = two_product(a, b);
+        compensated([ab.hi, c], ab.lo, ab.lo.abs())
+    }
+
+    #[inline(always)]
+    fn found_product_difference(a: f64, b: f64, c: f64, d: f64) -> Rounded<f64> {
+        let (ab, cd) = (two_product(a, b), two_product(-c, d));
+        compensated([ab.hi, cd.hi], ab.lo + cd.lo, ab.lo.abs() + cd.lo.abs())
+    }
+}
+
+impl Bounding for f64 {
     #[inline(always)]
     fn quotient(a: f64, b: f64) -> Rounded<f64> {
         let quotient = a / b;
@@ -114,18 +189,6 @@ impl Bounding for f64 {
     fn root(a: f64) -> Rounded<f64> {
         let root = a.sqrt();
         (root, (-root).mul_add(root, a).abs())
-    }
-
-    #[inline(always)]
-    fn product_sum(a: f64, b: f64, c: f64) -> Rounded<f64> {
-        let ab = two_product(a, b);
-        compensated([ab.hi, c], ab.lo, ab.lo.abs())
-    }
-
-    #[inline(always)]
-    fn product_difference(a: f64, b: f64, c: f64, d: f64) -> Rounded<f64> {
-        let (ab, cd) = (two_product(a, b), two_product(-c, d));
-        compensated([ab.hi, cd.hi], ab.lo + cd.lo, ab.lo.abs() + cd.lo.abs())
     }
 
     #[inline(always)]
@@ -190,9 +253,9 @@ impl Dd {
 }
 
 // Whole, these are too long to stand wherever the tracer uses them.
-impl Bounding for Dd {
+impl Residual for Dd {
     #[inline]
-    fn sum(a: Dd, b: Dd) -> Rounded<Dd> {
+    fn found_sum(a: Dd, b: Dd) -> Rounded<Dd> {
         let sum = a + b;
         let is_exact =
             a.is_double() && b.is_double() || a == Dd::ZERO || b == Dd::ZERO || sum == Dd::ZERO;
@@ -200,30 +263,14 @@ impl Bounding for Dd {
     }
 
     #[inline(never)]
-    fn product(a: Dd, b: Dd) -> Rounded<Dd> {
+    fn found_product(a: Dd, b: Dd) -> Rounded<Dd> {
         let product = a * b;
         let is_exact = a.is_double() && b.is_double() || a.abs() == Dd::ONE || b.abs() == Dd::ONE;
         (product, if is_exact { 0.0 } else { DD_ERROR * product.size() })
     }
 
     #[inline(never)]
-    fn quotient(a: Dd, b: Dd) -> Rounded<Dd> {
-        let quotient = a / b;
-        let is_double = a.is_double() && b.is_double() && quotient.is_double();
-        let is_exact = is_double && quotient.hi.mul_add(-b.hi, a.hi) == 0.0;
-        (quotient, if is_exact { 0.0 } else { DD_ERROR * a.size() })
-    }
-
-    #[inline(never)]
-    fn root(a: Dd) -> Rounded<Dd> {
-        let root = a.sqrt_or_zero();
-        let is_exact = a.is_double() && root.is_double() && root.hi.mul_add(-root.hi, a.hi) == 0.0;
-        // (s (1 + e))² - s² is 2 e s², and little more.
-        (root, if is_exact { 0.0 } else { 3.0 * DD_ERROR * a.size() })
-    }
-
-    #[inline(never)]
-    fn product_sum(a: Dd, b: Dd, c: Dd) -> Rounded<Dd> {
+    fn found_product_sum(a: Dd, b: Dd, c: Dd) -> Rounded<Dd> {
         if a == Dd::ZERO || b == Dd::ZERO {
             return (c, 0.0);
         }
@@ -239,11 +286,29 @@ impl Bounding for Dd {
     }
 
     #[inline(never)]
-    fn product_difference(a: Dd, b: Dd, c: Dd, d: Dd) -> Rounded<Dd> {
+    fn found_product_difference(a: Dd, b: Dd, c: Dd, d: Dd) -> Rounded<Dd> {
         let difference = Dd::difference_of_products(a, b, c, d);
         let (ab, cd) = (a.size() * b.size(), c.size() * d.size());
         let is_nothing = ab == 0.0 && cd == 0.0 || difference == Dd::ZERO && a == c && b == d;
         (difference, if is_nothing { 0.0 } else { of_cancelling(difference, ab + cd) })
+    }
+}
+
+impl Bounding for Dd {
+    #[inline(never)]
+    fn quotient(a: Dd, b: Dd) -> Rounded<Dd> {
+        let quotient = a / b;
+        let is_double = a.is_double() && b.is_double() && quotient.is_double();
+        let is_exact = is_double && quotient.hi.mul_add(-b.hi, a.hi) == 0.0;
+        (quotient, if is_exact { 0.0 } else { DD_ERROR * a.size() })
+    }
+
+    #[inline(never)]
+    fn root(a: Dd) -> Rounded<Dd> {
+        let root = a.sqrt_or_zero();
+        let is_exact = a.is_double() && root.is_double() && root.hi.mul_add(-root.hi, a.hi) == 0.0;
+        // (s (1 + e))² - s² is 2 e s², and little more.
+        (root, if is_exact { 0.0 } else { 3.0 * DD_ERROR * a.size() })
     }
 
     #[inline(never)]
