@@ -164,10 +164,9 @@ pub fn certify<E: SurfaceEval + Send, P: Pixel>(
             return Ok((pixel, Certainty::Double));
         }
         let light = worker.exact.radiance(at)?;
-        let known = one_pixel(light);
-        let pixel = known.unwrap_or_else(|| P::from_linear(light.map(Ball::to_f64).into()));
-        let doubt = worker.exact.doubt.or(known.is_none().then_some(Doubt::Color));
-        Ok((pixel, doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
+        let of_color = (!is_one_pixel::<_, P>(light)).then_some(Doubt::Color);
+        let doubt = worker.exact.doubt.or(of_color);
+        Ok((pixel(light), doubt.map_or(Certainty::DoubleDouble, Certainty::Rule)))
     })?;
     let mut counts = RayCounts::default();
     for Worker { rough, double, exact, .. } in workers {
@@ -227,12 +226,17 @@ fn account(in_doubles: Option<Vec3<Ball<f64>>>, light: Vec3<Ball<Dd>>) -> [Accou
     })
 }
 
-/// The one pixel that light is, if it is known well enough.
-fn one_pixel<R: Real, P: Pixel>(light: Vec3<R>) -> Option<P> {
+/// Whether light is one pixel, wherever in its bounds it is.
+fn is_one_pixel<R: Real, P: Pixel>(light: Vec3<R>) -> bool {
     let ends: [[f64; 2]; 3] = light.map(R::ends).into();
     let is_finite = ends.iter().all(|[least, most]| most - least < f64::INFINITY);
     let [least, most] = [0, 1].map(|end| P::from_linear(ends.map(|ends| ends[end])));
-    (is_finite && least == most).then_some(least)
+    is_finite && least == most
+}
+
+/// The pixel of light, by the middles of its balls: pixels that are equal may hold more than is compared.
+fn pixel<R: Real, P: Pixel>(light: Vec3<R>) -> P {
+    P::from_linear(light.map(R::to_f64).into())
 }
 
 /// A pixel, if a shader finds it for certain.
@@ -241,7 +245,7 @@ fn if_certain<R: Real, E: SurfaceEval, P: Pixel>(
     at: ImagePoint,
 ) -> Option<P> {
     let light = shader.radiance(at).ok()?;
-    if shader.doubt.is_some() { None } else { one_pixel(light) }
+    (shader.doubt.is_none() && is_one_pixel::<R, P>(light)).then(|| pixel(light))
 }
 
 #[cfg(test)]
@@ -291,8 +295,8 @@ mod tests {
         }
     }
 
-    #[test]
-    fn how_a_pixel_is_known_hangs_on_no_other() {
+    /// Part of a row of 34 pixels of a face, in this ambient light.
+    fn of_a_face<P: Pixel>(ambient: f64, x: u32, width: u32) -> (Image<P>, Vec<Certainty>) {
         let wall = Object::shape(ShapeKind::Cube, ())
             .transformed(TransformOp::Translate(DVec3::new(-0.5, -0.5, -0.5)))
             .expect("in range");
@@ -302,22 +306,53 @@ mod tests {
             Scene::new(&wall, |()| SurfaceId(0)),
         );
         let illumination = Illumination {
-            ambient: DVec3::ONE,
+            ambient: DVec3::splat(ambient),
             lights: Vec::new(),
             attenuation: Attenuation::Icfp,
             tint_specular: true,
             clamp_reflection: false,
             max_bounces: 0,
         };
-        let known = |x: u32, width: u32| {
-            let region = Region { x, y: 0, width, height: 1 };
-            let view = View { region, ..View::whole(34, 1, 40.0) };
-            let found = certify::<_, [u8; 3]>(&scene, &illumination, &view, Shy::new, &|_| {});
-            found.expect("no errors").1
-        };
+        let region = Region { x, y: 0, width, height: 1 };
+        let view = View { region, ..View::whole(34, 1, 40.0) };
+        let found = certify(&scene, &illumination, &view, Shy::new, &|_| {});
+        let (image, certainties, _) = found.expect("no errors");
+        (image, certainties)
+    }
+
+    #[test]
+    fn how_a_pixel_is_known_hangs_on_no_other() {
+        let known = |x: u32, width: u32| of_a_face::<[u8; 3]>(1.0, x, width).1;
         let whole = known(0, 34);
         assert_eq!(whole[..17], [Certainty::DoubleDouble; 17]);
         assert_eq!(whole[17..], [Certainty::Double; 17]);
         assert_eq!(known(18, 16)[18..], whole[18..]);
+    }
+
+    /// Light that is compared as bytes.
+    #[derive(Clone, Copy, Default)]
+    struct AsBytes([f64; 3]);
+
+    impl PartialEq for AsBytes {
+        fn eq(&self, other: &Self) -> bool {
+            <[u8; 3]>::from_linear(self.0) == <[u8; 3]>::from_linear(other.0)
+        }
+    }
+
+    impl Pixel for AsBytes {
+        fn from_linear(color: [f64; 3]) -> Self {
+            AsBytes(color)
+        }
+
+        fn shown(color: [f64; 3]) -> [f64; 3] {
+            color
+        }
+    }
+
+    #[test]
+    fn pixels_hold_the_middles_of_balls() {
+        let (image, known) = of_a_face::<AsBytes>(0.7, 18, 16);
+        assert_eq!(known[18..], [Certainty::Double; 16]);
+        assert!(image.pixels[18..].iter().all(|pixel| pixel.0 == [0.7 * 0.5; 3]));
     }
 }
