@@ -229,6 +229,7 @@ fn account(in_doubles: Option<Vec3<Ball<f64>>>, light: Vec3<Ball<Dd>>) -> [Accou
 /// Whether light is one pixel, wherever in its bounds it is.
 fn is_one_pixel<R: Real, P: Pixel>(light: Vec3<R>) -> bool {
     let ends: [[f64; 2]; 3] = light.map(R::ends).into();
+    // What is infinite is not less than that far apart, nor is NaN.
     let is_finite = ends.iter().all(|[least, most]| most - least < f64::INFINITY);
     let [least, most] = [0, 1].map(|end| P::from_linear(ends.map(|ends| ends[end])));
     is_finite && least == most

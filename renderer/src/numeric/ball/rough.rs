@@ -72,7 +72,7 @@ impl Factor {
     }
 }
 
-/// A bound of a result's error.
+/// The ball of a result whose error has this bound.
 #[inline(always)]
 fn ball(middle: f64, radius: f64) -> Ball<Rough> {
     Ball { middle: Rough(middle), radius }.floored()

@@ -40,7 +40,7 @@ pub trait Bounding: Real {
     fn nearest_doubles(middle: Self, radius: f64) -> [f64; 2];
 }
 
-/// What balls of such numbers are added up and multiplied by.
+/// Numbers, and how balls of them are added up and multiplied.
 pub trait InBalls: Bounding {
     /// `a + b`.
     fn sum(a: Ball<Self>, b: Ball<Self>) -> Ball<Self>;

@@ -307,6 +307,7 @@ fn unit<T: Exactly>(v: [(Ball<T>, Big); 3]) {
 
 #[test]
 fn unit_vectors_hold_their_results() {
+    // What may be 0 has no direction.
     all(6_000, 0.1, [units::<f64>, units::<Rough>, units::<Dd>]);
 }
 
